@@ -13,7 +13,7 @@ from fesd_robot.cli.arguments import Overrides, Quiet, TaskFile
 from fesd_robot.cli.exits import ExitCode
 from fesd_robot.cli.interrupts import Interrupts
 from fesd_robot.cli.progress import Progress, progress_for, wrapped
-from fesd_robot.running import Station
+from fesd_robot.running import Activity
 
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
@@ -109,8 +109,8 @@ def _solve(task: Task, progress: Progress, interrupts: Interrupts, folder: Path 
         progress=progress.nlp,
         stop=stop,
         retrying=progress.retry,
-        station=progress.station,
-        counted=progress.counted,
+        on_activity=progress.activity,
+        on_progress=progress.steps,
         early=(lambda first: _write_early(first, task, folder, progress)) if folder else None,
         earlier=_earlier(folder) if folder else None,
     )
@@ -160,7 +160,7 @@ def _write(plan: Plan, task: Task, folder: Path, progress: Progress, interrupts:
 
     def extras(stage: Path) -> None:
         try:
-            progress.station(Station.DRAWING)
+            progress.activity(Activity.DRAWING)
             with interrupts.drawing():
                 write_optional_files(plan, task, stage)
         except KeyboardInterrupt:
@@ -169,7 +169,7 @@ def _write(plan: Plan, task: Task, folder: Path, progress: Progress, interrupts:
             )
 
     logger.debug("writing to %s", folder)
-    progress.station(Station.WRITING)
+    progress.activity(Activity.WRITING)
     written = write_plan(plan, folder, extras)
     interrupts.written()
     return written

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fesd_robot.running import SearchEffort, Station
+from fesd_robot.running import Activity, SearchEffort
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -76,13 +76,13 @@ def retry_line(changes: Mapping[str, Any], failed: Plan) -> str:
 
 
 _OF_AN_ATTEMPT = (
-    Station.BUILDING,
-    Station.COMPILING,
-    Station.SEARCHING,
-    Station.POLISHING,
-    Station.IMPROVING,
-    Station.REFINING,
-    Station.CERTIFYING,
+    Activity.BUILDING,
+    Activity.COMPILING,
+    Activity.SEARCHING,
+    Activity.POLISHING,
+    Activity.IMPROVING,
+    Activity.REFINING,
+    Activity.CERTIFYING,
 )
 """Activities that every fallback setting repeats."""
 
@@ -102,8 +102,8 @@ class Progress:
         self._time_limit: float | None = None
         self._retries = 0
         self._table, self._begun = table, False
-        self._begin = self._reached = time.monotonic()
-        self._station = Station.READING
+        self._begin = self._since = time.monotonic()
+        self._activity = Activity.READING
         self._done: tuple[int, int | None] | None = None
         self._iterations = 0
         self._cost: float | None = None
@@ -113,12 +113,12 @@ class Progress:
         """Take note of how many seconds all may take, None for no limit."""
         self._time_limit = seconds
 
-    def station(self, station: Station) -> None:
-        """Show what is done from now on."""
-        self._station, self._done, self._reached = station, None, time.monotonic()
+    def activity(self, activity: Activity) -> None:
+        """Show an activity that begins."""
+        self._activity, self._done, self._since = activity, None, time.monotonic()
 
-    def counted(self, done: int, of: int | None) -> None:
-        """Show how many steps of the station are done, and of how many, None if that is not known."""
+    def steps(self, done: int, of: int | None) -> None:
+        """Show how many steps of the activity are done, and of how many, None if that is not known."""
         self._done = (done, of)
 
     def nlp(self, report: NlpReport) -> None:
@@ -159,11 +159,11 @@ class Progress:
         Where there is no room for all, the iterations are left out, and then the cost.
         """
         spent = time.monotonic() - self._begin
-        doing = "stopping" if self._stopping else self._attempt() + self._station.value + self._how_far()
+        doing = "stopping" if self._stopping else self._attempt() + self._activity.value + self._how_far()
         iterations = [f"{self._iterations} iterations"] if self._iterations else []
         cost = [f"cost {self._cost:.4g}"] if self._cost is not None else []
         left = [f"{max(self._time_limit - spent, 0.0):.0f} s left"] if self._time_limit is not None else []
-        left = left if self._station not in (Station.WRITING, Station.DRAWING) else []
+        left = left if self._activity not in (Activity.WRITING, Activity.DRAWING) else []
         for more in (iterations + cost, cost, []):
             line = f"{spent:4.0f} s  {', '.join([doing, *more, *left])}"
             if len(line) <= COLUMNS_OF_A_LINE:
@@ -172,13 +172,13 @@ class Progress:
 
     def _attempt(self) -> str:
         """Return which attempt it is, after the first."""
-        if self._station not in _OF_AN_ATTEMPT or not self._retries:
+        if self._activity not in _OF_AN_ATTEMPT or not self._retries:
             return ""
         return f"attempt {1 + self._retries}, "
 
     def _how_far(self) -> str:
-        """Return how far the station is, as far as that is known."""
-        if self._station is Station.CERTIFYING:
+        """Return the progress of the activity, as far as it is known."""
+        if self._activity is Activity.CERTIFYING:
             return f", {max(SearchEffort.certificate_seconds - (time.monotonic() - self._reached), 0.0):.0f} s at most"
         if self._done is None:
             return ""
@@ -210,16 +210,16 @@ class PlainProgress(Progress):
         self._ticker.start()
         return self
 
-    def station(self, station: Station) -> None:
-        """Print what is done from now on, if it is something else."""
-        if station is not self._station:
-            super().station(station)
+    def activity(self, activity: Activity) -> None:
+        """Print an activity that begins, if it is another one."""
+        if activity is not self._activity:
+            super().activity(activity)
             self._say(self.line(), "none")
 
-    def counted(self, done: int, of: int | None) -> None:
+    def steps(self, done: int, of: int | None) -> None:
         """Print how many steps are done, if there are more, as a line of its own."""
         more = self._done is not None and done > self._done[0]
-        super().counted(done, of)
+        super().steps(done, of)
         if more and of is not None:
             self._say(self.line(), "none")
 

@@ -66,7 +66,7 @@ class SequenceSearch:
     Attributes:
         solver: of the task.
         cores: on which neighbours are tried at once.
-        counted: called with the number of sequences tried so far, and of how many.
+        on_progress: called with the number of sequences tried so far, and of how many.
         cheaper: called with every motion that costs less than all before.
         tried: all sequences so far.
         best: the cheapest motion; None if none is found.
@@ -76,7 +76,7 @@ class SequenceSearch:
 
     solver: PhaseSolver
     cores: Cores
-    counted: Callable[[int, int | None], None]
+    on_progress: Callable[[int, int | None], None]
     cheaper: Callable[[PhaseMotion], None]
     tried: list[Tried] = field(default_factory=list)
     best: PhaseMotion | None = None
@@ -194,7 +194,7 @@ class SequenceSearch:
         below = current.cost - self._effort.neighbour_gain * abs(current.cost)
         trials = [_Trial(one.sequence, below, current.own.sequence, current.w) for one in untried]
         for number, (one, result) in enumerate(zip(untried, self._ahead.results(trials), strict=False), start=1):
-            self.counted(number, len(untried))
+            self.on_progress(number, len(untried))
             self._seen.add(self._key(one.sequence))
             better = self._motion(result)
             kept = self._kept(one.what, one.sequence, better)

@@ -1,4 +1,4 @@
-"""From a task to its plan: the chain of stations, fallback settings, and which attempt is kept."""
+"""From a task to its plan: the chain of steps, fallback settings, and which attempt is kept."""
 
 from __future__ import annotations
 

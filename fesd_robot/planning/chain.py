@@ -21,7 +21,7 @@ from fesd_robot.planning.fallbacks import Overrides, with_overrides
 from fesd_robot.planning.search_steps import SearchSteps
 from fesd_robot.plans import LocalSearch, Plan, TriedSequence
 from fesd_robot.refinement import NO_MOTION, Repair, SolvedMotion, refined
-from fesd_robot.running import Counted, InBackground, Reached, Station, cores_for
+from fesd_robot.running import Activity, ActivityCallback, InBackground, ProgressCallback, cores_for
 from fesd_robot.starts import (
     kept_motion,
     known_elements,
@@ -48,7 +48,7 @@ class Chain:
 
     Attributes:
         run: of all NLPs; those are reported of homotopies, of refinement, and of ever cheaper motions of the search.
-        reached, counted: as in `planner.plan`; `reached` is its `station`.
+        on_activity, on_progress: as in `planner.plan`.
         reports: all NLPs so far.
         early: called with the plan of a motion while cheaper ones are looked for; None if nobody waits for it. It is
             refined in another process, and `as_early` there makes it a plan, which can be pickled.
@@ -56,8 +56,8 @@ class Chain:
     """
 
     run: Run
-    reached: Reached
-    counted: Counted
+    on_activity: ActivityCallback
+    on_progress: ProgressCallback
     reports: list[NlpReport]
     early: Callable[[Plan], None] | None = None
     as_early: Callable[[SolvedMotion], Plan] | None = None
@@ -98,9 +98,9 @@ class Chain:
             None where no sequence leads to a motion.
         """
         task = motion.task
-        self.reached(Station.SEARCHING)
+        self.on_activity(Activity.SEARCHING)
         solver = PhaseSolver(motion, replace(self.run, report=self.reports.append))
-        search = SequenceSearch(solver, cores_for(task.solver.processes), self.counted, self._cheaper)
+        search = SequenceSearch(solver, cores_for(task.solver.processes), self.on_progress, self._cheaper)
         own = with_promised_goal(motion) if promised and task.goal.soft else motion
         if not self.run.effort.search_starts and (kept := self._kept(motion)):
             return self._refined(replace(kept, motion=own))
@@ -108,7 +108,7 @@ class Chain:
             self._find(search, motion)
             first = search.cost
             if search.best and self.run.effort.search_starts:
-                self.reached(Station.IMPROVING)
+                self.on_activity(Activity.IMPROVING)
                 self._improve(search, own)
         finally:
             search.close()
@@ -150,21 +150,21 @@ class Chain:
 
         def so_far() -> Plan:
             search.solver.run = search.solver.run.unseen
-            alone = replace(self, run=self.run.unseen, reached=lambda _: None, counted=lambda *_: None)
+            alone = replace(self, run=self.run.unseen, on_activity=lambda _: None, on_progress=lambda *_: None)
             return as_early(alone._refined(alone._best(search, motion, search.cost)))
 
         begin = time.monotonic()
         background: InBackground[Plan] | None = None
 
-        def counted(done: int, of: int | None) -> None:
+        def on_progress(done: int, of: int | None) -> None:
             nonlocal background
-            self.counted(done, of)
+            self.on_progress(done, of)
             if background is None and time.monotonic() - begin > EARLY_AFTER:
                 background = InBackground(so_far, early)
             if background:
                 background.look()
 
-        search.counted = counted
+        search.on_progress = on_progress
         try:
             search.improve()
         finally:
@@ -238,12 +238,12 @@ class Chain:
         accuracy = motion.motion.task.method.accuracy
         if accuracy == "none":
             return motion
-        self.reached(Station.REFINING)
+        self.on_activity(Activity.REFINING)
         return refined(motion, accuracy, self.noted)
 
     def _first(self, motion: MotionProblem, transcription: Transcription) -> tuple[BranchTranscription, MpccSolution]:
         """Return the motion of an earlier plan, of the robot that is let go, or of a homotopy."""
-        steps, stop = SearchSteps(self.run.options, self.reached, self.counted), self.run.stop
+        steps, stop = SearchSteps(self.run.options, self.on_activity, self.on_progress), self.run.stop
 
         def searching(nlp: NlpReport) -> None:
             self._note(nlp)

@@ -35,7 +35,15 @@ from fesd_robot.plans import (
     status_of,
 )
 from fesd_robot.refinement import SolvedMotion, descended
-from fesd_robot.running import Counted, Deadline, Reached, SearchEffort, Station, Stop, stop_requested
+from fesd_robot.running import (
+    Activity,
+    ActivityCallback,
+    Deadline,
+    ProgressCallback,
+    SearchEffort,
+    Stop,
+    stop_requested,
+)
 from fesd_robot.starts import finite_elements_of
 from fesd_robot.task import Jumps, Task
 
@@ -48,8 +56,8 @@ def plan(
     progress: Callable[[NlpReport], None] | None = None,
     stop: Stop | None = None,
     retrying: Callable[[Overrides, Plan], None] | None = None,
-    station: Reached | None = None,
-    counted: Counted | None = None,
+    on_activity: ActivityCallback | None = None,
+    on_progress: ProgressCallback | None = None,
     early: Callable[[Plan], None] | None = None,
     earlier: Plan | None = None,
 ) -> Plan:
@@ -64,8 +72,8 @@ def plan(
             (0, NaN); True ends the solve, and the best motion by then is returned, or the best iterate as not solved.
         retrying: called before fallback settings or changes of the task are tried, with these and the plan that was not
             solved.
-        station: called with what is done next.
-        counted: called with the steps of the station that are done, and of how many, None if that is not known.
+        on_activity: called with every activity that begins.
+        on_progress: called with the steps of the activity that are done, and of how many, None if that is not known.
         early: called with the plan of the cheapest motion after some seconds of search, refined and audited but without
             a certificate, if it is there while cheaper ones are looked for.
         earlier: a plan of this task or of one like it, as one that was made before: what happens in it, and in which
@@ -87,8 +95,8 @@ def plan(
         promised=not task.goal.soft,
         progress=progress,
         stop=stop,
-        station=station,
-        counted=counted,
+        on_activity=on_activity,
+        on_progress=on_progress,
         early=early,
         earlier=earlier,
     )
@@ -109,7 +117,7 @@ def plan(
     best = best_plan(attempts)
     if any(one.final for one in attempts) or stop_requested(stop) or not task.solver.retries:
         return best
-    return _with_what_helps(best, task, run, retrying, station)
+    return _with_what_helps(best, task, run, retrying, on_activity)
 
 
 def _on_phases(task: Task, attempted: Callable[[Task], Plan], deadline: Deadline) -> Plan | None:
@@ -132,8 +140,8 @@ def attempt(
     promised: bool = False,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Stop | None = None,
-    station: Reached | None = None,
-    counted: Counted | None = None,
+    on_activity: ActivityCallback | None = None,
+    on_progress: ProgressCallback | None = None,
     early: Callable[[Plan], None] | None = None,
     earlier: Plan | None = None,
 ) -> Plan:
@@ -157,14 +165,14 @@ def attempt(
     run = _run_of(task, stop, progress)
     chain = Chain(
         run,
-        station or _unseen,
-        counted or _uncounted,
+        on_activity or _unseen,
+        on_progress or _uncounted,
         list[NlpReport](),
         known if early else None,
         earlier=earlier,
     )
-    deadline, reached = run.deadline, chain.reached
-    reached(Station.BUILDING)
+    deadline, on_activity = run.deadline, chain.on_activity
+    on_activity(Activity.BUILDING)
     if task.solver.linear_solver in ("auto", "fesd"):
         begin_building()
     motion = formulate(task)
@@ -177,7 +185,7 @@ def attempt(
         solved = found
     else:
         solved = chain.on_uniform_grid(motion, promised=promised)
-    solved, certificate = descended(solved, task, chain.noted, reached)
+    solved, certificate = descended(solved, task, chain.noted, on_activity)
     plan = _plan_of(solved, certificate, chain, build_seconds)
     return min([plan, *before], key=lambda one: one.statistics.objective if one.status.solved else np.inf)
 
@@ -254,7 +262,7 @@ def _with_what_helps(
     task: Task,
     run: Run,
     retrying: Callable[[Overrides, Plan], None] | None,
-    station: Reached | None,
+    on_activity: ActivityCallback | None,
 ) -> Plan:
     """Return a plan that is not solved with a message that says with which change of its task it is, if one helps."""
     last = plan
@@ -264,7 +272,7 @@ def _with_what_helps(
         if retrying:
             retrying(changes, last)
         settings: Overrides = {"solver.effort": "quick", **time_left(run.deadline)}
-        last = attempt(with_overrides(changed, settings), progress=run.report, stop=run.stop, station=station)
+        last = attempt(with_overrides(changed, settings), progress=run.report, stop=run.stop, on_activity=on_activity)
         tried = AttemptedPlan(changes, last, 0.0)
         if tried.solved:
             message = f"{plan.status.message} Tried, and solved: the same task with {settings_line(changes)}."
@@ -274,7 +282,7 @@ def _with_what_helps(
     return plan
 
 
-def _unseen(station: Station) -> None:
+def _unseen(activity: Activity) -> None:
     """Take note of nothing."""
 
 

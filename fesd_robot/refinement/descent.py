@@ -23,11 +23,13 @@ from fesd_robot.mpcc import (
 )
 from fesd_robot.refinement.refine import refined
 from fesd_robot.refinement.solved_motion import SolvedMotion
-from fesd_robot.running import Reached, Station
+from fesd_robot.running import Activity, ActivityCallback
 from fesd_robot.task import Task
 
 
-def descended(solved: SolvedMotion, task: Task, run: Run, reached: Reached) -> tuple[SolvedMotion, Certificate | None]:
+def descended(
+    solved: SolvedMotion, task: Task, run: Run, on_activity: ActivityCallback
+) -> tuple[SolvedMotion, Certificate | None]:
     """Return the motion from which no branch is found that descends, and the certificate of that.
 
     Where the certificate finds a direction of descent, the modes of the elements that it leaves are completed
@@ -38,22 +40,22 @@ def descended(solved: SolvedMotion, task: Task, run: Run, reached: Reached) -> t
         solved: the motion; it stays as it is if it is not exact.
         task: its solver's tolerance, and its accuracy: what descends is refined again.
         run: of all NLPs.
-        reached: called with what is done next, a certificate or a descent.
+        on_activity: called with every activity that begins, a certificate or a descent.
 
     Returns:
         motion and certificate; no certificate if the motion is not solved, or no time is left.
 
     Source: phase II of MPECopt, Nurkanovic, Leyffer, arXiv 2501.13835.
     """
-    reached(Station.CERTIFYING)
+    on_activity(Activity.CERTIFYING)
     certificate = _certificate(solved, task, run)
     for _ in range(run.effort.descents):
         if certificate and certificate.direction is not None:
-            reached(Station.IMPROVING)
+            on_activity(Activity.IMPROVING)
         better, followed = _better(solved, certificate, task, run)
         if better is None:
             return solved, certificate and replace(certificate, followed=followed)
-        reached(Station.CERTIFYING)
+        on_activity(Activity.CERTIFYING)
         solved, certificate = better, _certificate(better, task, run)
     return solved, certificate
 

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 from fesd_robot.lazy import lazy_exports
 
 __all__ = [
+    "Activity",
+    "ActivityCallback",
     "Cores",
-    "Counted",
     "Deadline",
     "EffortLevel",
     "Identity",
     "InBackground",
     "Kept",
     "Lookahead",
-    "Reached",
+    "ProgressCallback",
     "SearchEffort",
-    "Station",
     "Stop",
     "cores_for",
     "in_other_process",
@@ -26,13 +26,13 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from fesd_robot.running.activities import Activity, ActivityCallback, ProgressCallback
     from fesd_robot.running.background import InBackground, in_other_process
     from fesd_robot.running.deadline import Deadline
     from fesd_robot.running.effort import EffortLevel, SearchEffort
     from fesd_robot.running.kept import Identity, Kept, kept_with_first
     from fesd_robot.running.lookahead import Lookahead
     from fesd_robot.running.processes import Cores, cores_for
-    from fesd_robot.running.stations import Counted, Reached, Station
     from fesd_robot.running.stop import Stop, stop_requested
 else:
     __getattr__, __dir__ = lazy_exports(
@@ -44,7 +44,7 @@ else:
             "fesd_robot.running.kept": ["Identity", "Kept", "kept_with_first"],
             "fesd_robot.running.lookahead": ["Lookahead"],
             "fesd_robot.running.processes": ["Cores", "cores_for"],
-            "fesd_robot.running.stations": ["Counted", "Reached", "Station"],
+            "fesd_robot.running.activities": ["ProgressCallback", "ActivityCallback", "Activity"],
             "fesd_robot.running.stop": ["Stop", "stop_requested"],
         },
     )

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import pytest
 
-from fesd_robot.running.stations import Station
+from fesd_robot.running.activities import Activity
 
 ROOT = Path(__file__).parents[2]
 ONE_JUMP = ROOT / "tasks" / "published_hopper_one_jump.yaml"
@@ -46,7 +46,7 @@ class Outcome(NamedTuple):
     @property
     def said(self) -> str:
         """What it printed but for the lines that it is at work, before it looks for a motion."""
-        before = (Station.READING.value, Station.BUILDING.value)
+        before = (Activity.READING.value, Activity.BUILDING.value)
         return "".join(line for line in self.out.splitlines(keepends=True) if not line.rstrip().endswith(before))
 
 

@@ -16,7 +16,7 @@ from fesd_robot.cli.plan import EARLY
 from fesd_robot.phases import SequenceSearch
 from fesd_robot.plans import Plan, read_plan
 from fesd_robot.render.verdict import verdict_of
-from fesd_robot.running.stations import Station
+from fesd_robot.running.activities import Activity
 
 from .conftest import settings
 
@@ -40,8 +40,8 @@ def test_the_run_ends_with_verdict_contacts_effort_and_paths(finished: Any) -> N
     plan = read_plan(finished.folder)
     doing = [line for line in lines if re.match(r" *\d+ s  ", line)]
     words = [re.sub(r" \d+ (of \d+|tried)$", "", line.partition(" s  ")[2].partition(",")[0]) for line in doing]
-    assert [word for word in dict.fromkeys(words) if word != Station.READING.value] == [
-        station.value for station in Station if station not in (Station.READING, Station.IMPROVING)
+    assert [word for word in dict.fromkeys(words) if word != Activity.READING.value] == [
+        activity.value for activity in Activity if activity not in (Activity.READING, Activity.IMPROVING)
     ]
     summary = lines[len(doing) :]
     assert 4 <= len(summary) <= 6
@@ -58,7 +58,9 @@ def test_a_search_is_shown_while_it_goes_on(run: Callable[..., Any], task: Path,
     """On a grid that moves contacts are changed after a motion is found and before it is refined."""
     outcome = run("plan", task, "--out", "moving", *small, "--set", "method.grid=phases")
     assert outcome.code == 0, outcome.err
-    places = [outcome.out.find(station.value) for station in (Station.SEARCHING, Station.IMPROVING, Station.REFINING)]
+    places = [
+        outcome.out.find(activity.value) for activity in (Activity.SEARCHING, Activity.IMPROVING, Activity.REFINING)
+    ]
     assert places == sorted(places) and places[0] > 0
 
 
@@ -134,7 +136,7 @@ def test_quiet_says_only_what_went_wrong(run: Callable[..., Any], task: Path, sm
 def test_a_folder_that_cannot_take_results_stops_before_the_solve(
     run: Callable[..., Any], task: Path, small: list[str], tmp_path: Path, out: str, words: str
 ) -> None:
-    """Exit status 2 at once: no station after the first is reached, and what is there stays as it was."""
+    """Exit status 2 at once: no activity after the first begins, and what is there stays as it was."""
     work = tmp_path / "work"
     (work / "file").write_text("mine", encoding="utf-8")
     (work / "full").mkdir()
@@ -155,7 +157,7 @@ def test_the_first_plan_is_written_while_cheaper_ones_are_looked_for(
     def slowly(search: SequenceSearch) -> None:
         begin = time.monotonic()
         while not Path("early", "plan.json").exists() and time.monotonic() - begin < 60.0:
-            search.counted(0, None)
+            search.on_progress(0, None)
             time.sleep(0.05)
         found.append(read_plan(Path("early")))
         assert not Path("early", "figures").exists()

@@ -21,7 +21,7 @@ from fesd_robot.cli.progress import (
 from fesd_robot.mpcc import NlpStatus
 from fesd_robot.plans import Plan
 from fesd_robot.running import SearchEffort
-from fesd_robot.running.stations import Station
+from fesd_robot.running.activities import Activity
 
 
 class Residuals(NamedTuple):
@@ -47,13 +47,13 @@ ROW = ["1e-03", "5e-01", "converged", "57", "12.5", "3.0e-04", "2.0e-09", "4.2"]
 
 
 def test_plain_progress_says_what_is_done(capsys: pytest.CaptureFixture[str]) -> None:
-    """A line for every station, and after `SILENCE` seconds one that counts; rows of NLPs only if asked for."""
+    """A line for every activity, and after `SILENCE` seconds one that counts; rows of NLPs only if asked for."""
     with PlainProgress() as progress:
         progress.limit(60.0)
-        progress.station(Station.SEARCHING)
-        progress.station(Station.SEARCHING)
-        progress.counted(0, 12)
-        progress.counted(7, 12)
+        progress.activity(Activity.SEARCHING)
+        progress.activity(Activity.SEARCHING)
+        progress.steps(0, 12)
+        progress.steps(7, 12)
         progress.iteration(0, 1.0)
         for number in (1, 2):
             progress.iteration(number, 3.0)
@@ -76,36 +76,36 @@ def test_the_table_has_a_row_for_every_nlp(capsys: pytest.CaptureFixture[str]) -
 
 
 def test_every_line_fits(capsys: pytest.CaptureFixture[str]) -> None:
-    """80 columns are enough for every station after hours, with many iterations, a cost and a time limit."""
+    """80 columns are enough for every activity after hours, with many iterations, a cost and a time limit."""
     progress = Progress()
     progress.limit(9999.0)
     progress._retries = 9
     progress.nlp(Report(sigma=0.0, residuals=Residuals(objective=-1.23456789e-11)))  # type: ignore[arg-type]
     progress._iterations = 99999
     progress._begin -= 999
-    for station in Station:
-        progress.station(station)
-        progress.counted(9999, None)
-        assert station.value in progress.line() and len(progress.line()) < 80
+    for activity in Activity:
+        progress.activity(activity)
+        progress.steps(9999, None)
+        assert activity.value in progress.line() and len(progress.line()) < 80
 
 
 def test_an_attempt_with_other_settings_has_a_number(short_plan: Plan) -> None:
     """The first one has none; those that follow it do, as long as there is something that they do anew."""
     progress = Progress()
-    progress.station(Station.BUILDING)
+    progress.activity(Activity.BUILDING)
     assert progress.line().endswith("s  building the equations")
     progress.retry({"method.stages": 3}, short_plan)
     assert "attempt 2, building" in progress.line()
     progress.retry({"method.stages": 4}, short_plan)
     assert "attempt 3, building" in progress.line()
-    progress.station(Station.DRAWING)
+    progress.activity(Activity.DRAWING)
     assert progress.line().endswith("s  drawing page and figures")
 
 
 def test_a_certificate_says_how_long_it_may_take() -> None:
     """Its seconds run down from its limit."""
     progress = Progress()
-    progress.station(Station.CERTIFYING)
+    progress.activity(Activity.CERTIFYING)
     assert f"certifying, {SearchEffort.certificate_seconds:.0f} s at most" in progress.line()
     progress._reached -= SearchEffort.certificate_seconds - 1
     assert "certifying, 1 s at most" in progress.line()
@@ -124,7 +124,7 @@ def test_live_progress_is_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = io.StringIO()
     with LiveProgress(Console(file=screen, force_terminal=True, width=100, color_system=None), table=True) as progress:
         progress.nlp(Report())  # type: ignore[arg-type]
-        progress.station(Station.REFINING)
+        progress.activity(Activity.REFINING)
         time.sleep(2 / REFRESHES_PER_SECOND)
         assert "s  refining the motion" in screen.getvalue()
         progress.stopping()

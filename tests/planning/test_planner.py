@@ -130,7 +130,7 @@ def test_a_first_plan_is_there_while_others_are_looked_for(
     def slowly(search: SequenceSearch) -> None:
         begin = time.monotonic()
         while not early and time.monotonic() - begin < 60.0:
-            search.counted(0, None)
+            search.on_progress(0, None)
             time.sleep(0.05)
         improve(search)
 

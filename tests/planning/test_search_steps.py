@@ -7,7 +7,7 @@ from typing import Any
 
 from fesd_robot.mpcc import HomotopyOptions
 from fesd_robot.planning.search_steps import SearchSteps
-from fesd_robot.running.stations import Station
+from fesd_robot.running.activities import Activity
 
 
 def _report(sigma: float) -> Any:
@@ -17,10 +17,10 @@ def _report(sigma: float) -> Any:
 def test_the_sigmas_of_the_schedule_are_the_steps() -> None:
     """Compiling lasts until the first iteration; every loose NLP is a step; after the last one comes polishing."""
     options = HomotopyOptions()
-    stations: list[Station] = []
+    stations: list[Activity] = []
     counts: list[tuple[int, int | None]] = []
     steps = SearchSteps(options, stations.append, lambda done, of: counts.append((done, of)))
-    assert stations == [Station.COMPILING] and not counts
+    assert stations == [Activity.COMPILING] and not counts
     loose = [sigma for sigma, _ in options.sigmas() if sigma > options.polish_at]
     for sigma in loose:
         steps.iteration()
@@ -28,13 +28,13 @@ def test_the_sigmas_of_the_schedule_are_the_steps() -> None:
     total = len(loose) + 1
     assert counts == [(done, total) for done in range(total)]
     steps.nlp(_report(options.polish_at))
-    assert stations == [Station.COMPILING, Station.SEARCHING, Station.POLISHING]
+    assert stations == [Activity.COMPILING, Activity.SEARCHING, Activity.POLISHING]
 
 
 def test_a_homotopy_that_goes_on_is_a_search_again() -> None:
     """Where polishing finds nothing, NLPs with a smaller sigma follow; shorter steps count no step twice."""
     options = HomotopyOptions()
-    stations: list[Station] = []
+    stations: list[Activity] = []
     counts: list[int] = []
     steps = SearchSteps(options, stations.append, lambda done, of: counts.append(done))
     first, second = (sigma for sigma, _ in options.sigmas()[:2])
@@ -44,4 +44,4 @@ def test_a_homotopy_that_goes_on_is_a_search_again() -> None:
     assert counts == [0, 1, 1, 2]
     for sigma in (options.polish_at, 0.0, 0.1 * options.polish_at):
         steps.nlp(_report(sigma))
-    assert stations[1:] == [Station.SEARCHING, Station.POLISHING, Station.SEARCHING]
+    assert stations[1:] == [Activity.SEARCHING, Activity.POLISHING, Activity.SEARCHING]

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from enum import Enum
 
 
-class Station(Enum):
-    """A station on the way from a task to a plan; an attempt passes them in this order."""
+class Activity(Enum):
+    """An activity on the way from a task to a plan; an attempt passes them in this order."""
 
     READING = "reading the task"
     BUILDING = "building the equations"
@@ -21,8 +21,8 @@ class Station(Enum):
     DRAWING = "drawing page and figures"
 
 
-Reached = Callable[[Station], None]
-"""What is done next."""
+ActivityCallback = Callable[[Activity], None]
+"""Called with every activity that begins."""
 
-Counted = Callable[[int, int | None], None]
-"""How many steps of the station are done, and of how many; None if that is not known."""
+ProgressCallback = Callable[[int, int | None], None]
+"""Called with the number of steps of the activity that are done, and of how many; None if that is not known."""
