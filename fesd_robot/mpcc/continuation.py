@@ -217,7 +217,7 @@ class BranchSolver:
 
     def _report(self, nlp: NlpReport) -> None:
         self.reports.append(nlp)
-        self.run.told(nlp)
+        self.run.notify(nlp)
 
 
 def continue_on_branch(

@@ -313,7 +313,7 @@ class _Homotopy:
     def _report(self, report: NlpReport) -> None:
         self._reports.append(report)
         self._status = report.status
-        self._run.told(report)
+        self._run.notify(report)
 
     def _is_feasible(self, residuals: Residuals) -> bool:
         product, violation = residuals.complementarity, residuals.constraint_violation

@@ -290,7 +290,7 @@ class BranchNlp:
             branch=branch,
             exact=exact,
         )
-        run.told(end.as_nlp)
+        run.notify(end.as_nlp)
         return end, point
 
 

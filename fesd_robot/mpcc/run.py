@@ -42,7 +42,7 @@ class Run:
         """Return the same with some of the time that is left, s, or all of it if that is less."""
         return replace(self, deadline=self.deadline.within(seconds))
 
-    def told(self, nlp: NlpReport) -> None:
+    def notify(self, nlp: NlpReport) -> None:
         """Report an NLP."""
         if self.report:
             self.report(nlp)

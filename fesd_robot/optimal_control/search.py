@@ -293,7 +293,7 @@ class Search:
 
     def _report(self, report: NlpReport) -> None:
         self.iterations += report.iterations
-        self.run.told(report)
+        self.run.notify(report)
 
 
 def _costs(transcription: Transcription, w: np.ndarray) -> dict[str, float]:

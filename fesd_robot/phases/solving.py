@@ -388,4 +388,4 @@ class PhaseSolver:
 
     def _report(self, nlp: NlpReport) -> None:
         self.reports.append(nlp)
-        self.run.told(nlp)
+        self.run.notify(nlp)

@@ -70,7 +70,7 @@ class Chain:
 
     def _note(self, nlp: NlpReport) -> None:
         self.reports.append(nlp)
-        self.run.told(nlp)
+        self.run.notify(nlp)
 
     def on_uniform_grid(self, motion: MotionProblem, *, promised: bool = False) -> SolvedMotion:
         """Return the motion of a task whose control grid stands still: the first one, refined.
@@ -188,7 +188,7 @@ class Chain:
 
     def _cheaper(self, found: PhaseMotion) -> None:
         """Show the NLP of a motion that is cheaper than all before."""
-        self.run.told(found.report.as_nlp)
+        self.run.notify(found.report.as_nlp)
 
     def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Solve sequences that homotopies show on grids that stand still, until one of them leads to a motion.
