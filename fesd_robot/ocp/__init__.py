@@ -43,15 +43,16 @@ __all__ = [
     "time_grid",
     "touching_configuration",
     "waypoint_times",
+    "with_default_tolerances",
     "with_full_model",
     "with_gaps",
-    "with_promised_goal",
-    "with_promises",
+    "with_hard_goal",
 ]
 
 if TYPE_CHECKING:
     from fesd_robot.ocp.actuation import Actuation, build_actuation
     from fesd_robot.ocp.assembled import assembled_plan, model_motion_of, with_full_model, with_gaps
+    from fesd_robot.ocp.default_tolerances import with_default_tolerances
     from fesd_robot.ocp.determinacy import DeterminacyConstraint
     from fesd_robot.ocp.formulation import AUTOMATIC_AUXILIARY_FORCE, MotionProblem, formulate
     from fesd_robot.ocp.judged import (
@@ -60,9 +61,8 @@ if TYPE_CHECKING:
         motion_outcome,
         numeric_physics,
         physical_motion,
-        with_promised_goal,
+        with_hard_goal,
     )
-    from fesd_robot.ocp.promises import with_promises
     from fesd_robot.ocp.reference_file import columns_of_csv, is_plan
     from fesd_robot.ocp.reference_types import reference_of
     from fesd_robot.ocp.scene import friction_of, ground_of, scene_of, solid_of, surfaces_of
@@ -88,9 +88,9 @@ else:
                 "motion_outcome",
                 "numeric_physics",
                 "physical_motion",
-                "with_promised_goal",
+                "with_hard_goal",
             ],
-            "fesd_robot.ocp.promises": ["with_promises"],
+            "fesd_robot.ocp.default_tolerances": ["with_default_tolerances"],
             "fesd_robot.ocp.reference_file": ["columns_of_csv", "is_plan"],
             "fesd_robot.ocp.reference_types": ["reference_of"],
             "fesd_robot.ocp.scene": ["friction_of", "ground_of", "scene_of", "solid_of", "surfaces_of"],

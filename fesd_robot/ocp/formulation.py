@@ -20,11 +20,11 @@ from fesd_robot.ocp.constants import Constants, constant_values
 from fesd_robot.ocp.constraints import add_forbidden_zones, with_swing_speeds
 from fesd_robot.ocp.contact_places import names_of_places, with_names_of_places
 from fesd_robot.ocp.default_costs import RobotScales, scales_of, with_default_costs
+from fesd_robot.ocp.default_tolerances import with_default_tolerances
 from fesd_robot.ocp.guess import guess_of
 from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import points_of
 from fesd_robot.ocp.problem import ocp_numbers, optimal_control_problem
-from fesd_robot.ocp.promises import with_promises
 from fesd_robot.ocp.reference_motion import ReferenceMotion
 from fesd_robot.ocp.reference_spline import ReferenceSpline, window_size
 from fesd_robot.ocp.reference_types import reference_of
@@ -100,7 +100,7 @@ class MotionProblem:
         asked = with_names_of_places(task, names_of_places(setup.asked, setup.task))
         task = self.task.model_copy(update={key: getattr(asked, key) for key in NUMBERS if key != "description"})
         task = with_configurations(task, robot, setup.contacts, self.dynamics.configuration)
-        task = with_default_costs(with_promises(task, robot, limits), robot, self.actuation, self.scales)
+        task = with_default_costs(with_default_tolerances(task, robot, limits), robot, self.actuation, self.scales)
         endpoints = endpoints_of(task, robot)
         check_above_ground(task, parts.gap, endpoints)
         if task.goal.periodic is None:
@@ -198,7 +198,7 @@ def formulate(task: Task, *, driven: bool = True, steps: StepOptions = StepOptio
     )
     task = with_configurations(task, robot, contacts, dynamics.configuration)
     limits = limits_of(task, robot)
-    task = with_promises(task, robot, limits)
+    task = with_default_tolerances(task, robot, limits)
     grid = time_grid(task)
     scales = scales_of(task, robot)
     default_costs = tuple(key for key in COST_TERMS if getattr(task.costs, key) is None)

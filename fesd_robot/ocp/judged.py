@@ -11,8 +11,8 @@ from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Element
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import conflict_at
+from fesd_robot.ocp.default_tolerances import with_default_tolerances
 from fesd_robot.ocp.formulation import MotionProblem
-from fesd_robot.ocp.promises import with_promises
 from fesd_robot.plans import (
     Audit,
     MotionLimits,
@@ -143,8 +143,8 @@ def conflict_of(motion: MotionProblem, polisher: BranchTranscription, w: np.ndar
     return conflict_words(conflict, names_of(motion), motion.grid.intervals, friction_coordinates) if conflict else ""
 
 
-def with_promised_goal(motion: MotionProblem) -> MotionProblem:
-    """Return a problem that was solved for a soft goal, with a task that promises it, to hold the motion against."""
+def with_hard_goal(motion: MotionProblem) -> MotionProblem:
+    """Return a problem that was solved for a soft goal, with a task in which it is hard, to hold the motion against."""
     task = motion.task
     task = task.model_copy(update={"goal": task.goal.model_copy(update={"soft": False})})
-    return replace(motion, task=with_promises(task, motion.robot, motion.limits))
+    return replace(motion, task=with_default_tolerances(task, motion.robot, motion.limits))

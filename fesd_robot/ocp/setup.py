@@ -14,7 +14,7 @@ from fesd_robot.contact import Contact, MultibodyDynamics, Scene, contact_of, ne
 from fesd_robot.errors import GroundError, RobotError
 from fesd_robot.ocp.actuation import Actuation, build_actuation, check_driven
 from fesd_robot.ocp.checks import check_contacts_move, check_dry_friction, check_impulses
-from fesd_robot.ocp.promises import with_slipping
+from fesd_robot.ocp.default_tolerances import with_slipping
 from fesd_robot.ocp.scene import friction_of, restitution_of, scene_of
 from fesd_robot.ocp.task_robot import load_task_robot
 from fesd_robot.robot import (

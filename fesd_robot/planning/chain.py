@@ -15,7 +15,7 @@ from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.mpcc import BranchBounds, Mpcc, MpccSolution, NlpReport, Run, solve
 from fesd_robot.nlp import NEAR, SAME, NlpPoint
-from fesd_robot.ocp import MotionProblem, formulate, with_promised_goal
+from fesd_robot.ocp import MotionProblem, formulate, with_hard_goal
 from fesd_robot.phases import PhaseMotion, PhaseSolver, SequenceSearch, guessed_sequences, hops, sequence_of
 from fesd_robot.planning.fallbacks import Overrides, with_overrides
 from fesd_robot.planning.search_steps import SearchSteps
@@ -72,19 +72,19 @@ class Chain:
         self.reports.append(nlp)
         self.run.notify(nlp)
 
-    def on_uniform_grid(self, motion: MotionProblem, *, promised: bool = False) -> SolvedMotion:
+    def on_uniform_grid(self, motion: MotionProblem, *, hard_goal: bool = False) -> SolvedMotion:
         """Return the motion of a task whose control grid stands still: the first one, refined.
 
         Args:
             motion: the formulated task.
-            promised: as in `planner.attempt`.
+            hard_goal: as in `planner.attempt`.
         """
         found = self._first(motion, Transcription(motion.ocp, motion.fesd))
-        if promised and motion.task.goal.soft:
-            motion = with_promised_goal(motion)
+        if hard_goal and motion.task.goal.soft:
+            motion = with_hard_goal(motion)
         return self._refined(SolvedMotion.of(motion, *found))
 
-    def on_phases(self, motion: MotionProblem, *, promised: bool = False) -> SolvedMotion | None:
+    def on_phases(self, motion: MotionProblem, *, hard_goal: bool = False) -> SolvedMotion | None:
         """Return the motion of a task whose control grid moves with its contacts, searched and refined.
 
         Sequences of phases are those that the guess shows; where none of them leads to a motion, that of a motion on a
@@ -92,7 +92,7 @@ class Chain:
 
         Args:
             motion: the formulated task.
-            promised: as in `planner.attempt`.
+            hard_goal: as in `planner.attempt`.
 
         Returns:
             None where no sequence leads to a motion.
@@ -101,7 +101,7 @@ class Chain:
         self.on_activity(Activity.SEARCHING)
         solver = PhaseSolver(motion, replace(self.run, report=self.reports.append))
         search = SequenceSearch(solver, cores_for(task.solver.processes), self.on_progress, self._cheaper)
-        own = with_promised_goal(motion) if promised and task.goal.soft else motion
+        own = with_hard_goal(motion) if hard_goal and task.goal.soft else motion
         if not self.run.effort.search_starts and (kept := self._kept(motion)):
             return self._refined(replace(kept, motion=own))
         try:

@@ -45,7 +45,7 @@ SOFT_GOAL: Overrides = {"goal.soft": True}
 """How to come as near to a goal that was not reached as its weights in the cost ask for."""
 
 
-def promises_goal(task: Task) -> bool:
+def has_hard_goal(task: Task) -> bool:
     """Return whether a task has a goal that can be missed."""
     goal = task.goal
     return not goal.soft and goal.periodic is None and bool(goal.configuration or goal.velocity or goal.points)

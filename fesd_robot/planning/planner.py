@@ -18,7 +18,7 @@ from fesd_robot.planning.fallbacks import (
     FALLBACKS,
     SOFT_GOAL,
     Overrides,
-    promises_goal,
+    has_hard_goal,
     time_left,
     with_overrides,
 )
@@ -92,7 +92,7 @@ def plan(
     deadline = run.deadline
     tried = partial(
         attempt,
-        promised=not task.goal.soft,
+        hard_goal=not task.goal.soft,
         progress=progress,
         stop=stop,
         on_activity=on_activity,
@@ -137,7 +137,7 @@ def _on_phases(task: Task, attempted: Callable[[Task], Plan], deadline: Deadline
 def attempt(
     task: Task,
     *,
-    promised: bool = False,
+    hard_goal: bool = False,
     progress: Callable[[NlpReport], None] | None = None,
     stop: Stop | None = None,
     on_activity: ActivityCallback | None = None,
@@ -148,7 +148,7 @@ def attempt(
     """Plan the motion with the task's own settings, once: formulate, transcribe, solve, recover, audit, assemble.
 
     Args:
-        promised: whether the motion is held against the task's goal as if that were not soft.
+        hard_goal: whether the motion is held against the task's goal as if that were not soft.
 
     The other args and raises are those of `plan`.
 
@@ -179,12 +179,12 @@ def attempt(
     build_seconds = deadline.spent
     chain = replace(chain, as_early=lambda solved: _plan_of(solved, None, chain, build_seconds))
     if motion.grid.moving:
-        found = chain.on_phases(motion, promised=promised)
+        found = chain.on_phases(motion, hard_goal=hard_goal)
         if found is None:
             raise NoSequence("no sequence of phases leads to a motion of the task")
         solved = found
     else:
-        solved = chain.on_uniform_grid(motion, promised=promised)
+        solved = chain.on_uniform_grid(motion, hard_goal=hard_goal)
     solved, certificate = descended(solved, task, chain.noted, on_activity)
     plan = _plan_of(solved, certificate, chain, build_seconds)
     return min([plan, *before], key=lambda one: one.statistics.objective if one.status.solved else np.inf)
@@ -254,7 +254,7 @@ def _run_of(task: Task, stop: Stop | None, report: Callable[[NlpReport], None] |
 def _settings(task: Task) -> list[Overrides]:
     """Return the settings to try one after the other, the task's own first."""
     fallbacks = [fallback(task) for fallback in FALLBACKS[: task.solver.retries]]
-    return [{}, *fallbacks, *([SOFT_GOAL] if fallbacks and promises_goal(task) else [])]
+    return [{}, *fallbacks, *([SOFT_GOAL] if fallbacks and has_hard_goal(task) else [])]
 
 
 def _with_what_helps(

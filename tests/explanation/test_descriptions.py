@@ -42,7 +42,7 @@ def explained(*overrides: str) -> str:
     ],
 )
 def test_what_a_goal_promises(goal: str, words: str) -> None:
-    """Coordinates that are reached equally closely are one phrase, and so is rest; what is not promised is soft."""
+    """Coordinates that are reached equally closely are one phrase, and so is rest; all else is soft."""
     assert f"Goal Hard: {words}" in explained(f"goal={goal}")
 
 

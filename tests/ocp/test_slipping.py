@@ -100,8 +100,8 @@ def test_a_limit_adds_a_state_and_a_speed(load_short: Callable[..., Task]) -> No
 @pytest.fixture(scope="module")
 def push() -> Callable[..., Plan]:
     """Plan a block that is pushed towards a target 0.8 m away, as near as is worth its while."""
-    wish = ["goal.soft=true", "goal.tolerance={}", "costs.terminal_configuration={root_x: 1000}"]
-    soft = [*wish, "waypoints=[]", "solver.velocity_level_ratio=1000.0", "solver.retries=0"]
+    soft_goal = ["goal.soft=true", "goal.tolerance={}", "costs.terminal_configuration={root_x: 1000}"]
+    soft = [*soft_goal, "waypoints=[]", "solver.velocity_level_ratio=1000.0", "solver.retries=0"]
     return lambda *overrides: plan(load_task(TASKS / "block_push.yaml", ["method.grid=uniform", *soft, *overrides]))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fesd_robot.planning import planner
-from fesd_robot.planning.fallbacks import FALLBACKS, SOFT_GOAL, promises_goal, with_overrides
+from fesd_robot.planning.fallbacks import FALLBACKS, SOFT_GOAL, has_hard_goal, with_overrides
 from fesd_robot.plans import Plan, read_plan, write_plan
 from fesd_robot.plans.report_text import report
 from fesd_robot.task import Task
@@ -108,11 +108,13 @@ def test_after_all_fallbacks_a_motion_near_the_goal_is_looked_for(
         update={"audit": missing.audit.model_copy(update={"violations": ["min_gap", "max_goal_violation"]})}
     )
     assert _planned(monkeypatch, firm, coarse, outcomes, retries=1)[0].status.message == "infeasible 1"
-    assert len(_planned(monkeypatch, firm, missing, ["infeasible"], retries=0)[1].tasks) == 1, "no retries, no wish"
+    assert len(_planned(monkeypatch, firm, missing, ["infeasible"], retries=0)[1].tasks) == 1, (
+        "no retries, no soft goal"
+    )
 
 
 @pytest.mark.parametrize(
-    ("goal", "promised"),
+    ("goal", "hard_goal"),
     [
         ("{configuration: {root_x: 0.1}}", True),
         ("{velocity: {root_x: 0.1}}", True),
@@ -122,9 +124,9 @@ def test_after_all_fallbacks_a_motion_near_the_goal_is_looked_for(
         ("{}", False),
     ],
 )
-def test_goals_that_can_be_missed(load_short: Callable[..., Task], goal: str, promised: bool) -> None:
-    """A wish, a period and no goal at all are no reason for a last attempt."""
-    assert promises_goal(load_short(f"goal={goal}", "costs={}")) == promised
+def test_goals_that_can_be_missed(load_short: Callable[..., Task], goal: str, hard_goal: bool) -> None:
+    """A soft goal, a period and no goal at all are no reason for a last attempt."""
+    assert has_hard_goal(load_short(f"goal={goal}", "costs={}")) == hard_goal
 
 
 @pytest.mark.parametrize("end", ["interrupted", "time limit"])

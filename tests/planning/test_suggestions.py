@@ -74,7 +74,7 @@ def test_the_message_says_what_was_tried_and_helps(
     """After a retry without success the changes are tried one after the other; the plan stays that of the task."""
     attempts = Attempts(short_plan, outcomes)
     monkeypatch.setattr(planner, "attempt", attempts)
-    monkeypatch.setattr(planner, "promises_goal", lambda _: False)
+    monkeypatch.setattr(planner, "has_hard_goal", lambda _: False)
     task = load_task(TASKS / "hopper_one_jump.yaml", ["solver.retries=1", "method.grid=uniform"])
     reported: list[list[str]] = []
     planned = planner.plan(task, retrying=lambda changes, _: reported.append(list(changes)))

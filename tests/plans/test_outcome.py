@@ -41,7 +41,7 @@ def entries_of(hopper: MotionProblem, goal: str) -> dict[str, GoalEntry]:
 
 
 def test_coordinates_that_are_listed_and_all_velocities(hopper: MotionProblem) -> None:
-    """A goal for one coordinate gives its entry, and all velocities, wanted to be zero; nothing is promised."""
+    """A goal for one coordinate gives its entry, and all velocities, wanted to be zero; nothing is hard."""
     entries = entries_of(hopper, "{configuration: {root_x: 0.5}}")
     assert list(entries) == ["root_x", *(f"{name} velocity" for name in COORDINATES)]
     assert entries["root_x"].missed_by == pytest.approx(0.2, abs=1e-15)

@@ -51,7 +51,7 @@ def with_goal(plan: Plan, *entries: GoalEntry, **contacts: ContactOutcome) -> Pl
         ([entry(False)] * 5, "and 2 more values are missed."),
     ],
 )
-def test_a_goal_is_reached_missed_or_a_wish(plan: Plan, entries: list[GoalEntry], sentence: str) -> None:
+def test_a_goal_is_reached_missed_or_soft(plan: Plan, entries: list[GoalEntry], sentence: str) -> None:
     """The first sentence says which, with the number that decides it."""
     assert goal_sentence(with_goal(plan, *entries)).endswith(sentence)
 

@@ -1,4 +1,4 @@
-"""What a goal promises where its task gives no tolerances."""
+"""Tolerances of a goal where its task gives none."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ FRAMES = """\
 """
 
 
-def promised(load: Load, short: str, goal: str) -> Goal:
+def completed_goal(load: Load, short: str, goal: str) -> Goal:
     """The goal of the short task's problem with another section `goal`."""
     assert short.endswith(GOAL)
     return formulate(load(short.removesuffix(GOAL) + goal)).task.goal
 
 
-def test_what_is_listed_and_rest_are_promised(short: str, load: Load) -> None:
+def test_listed_values_and_rest_are_hard(short: str, load: Load) -> None:
     """Listed coordinates and, without a velocity in the goal, all velocities are terminal bounds of the tolerance."""
     motion = formulate(load(short))
     tolerance = motion.task.goal.tolerance
@@ -48,7 +48,7 @@ def test_what_is_listed_and_rest_are_promised(short: str, load: Load) -> None:
 
 def test_a_soft_goal_promises_its_own_tolerances_only(short: str, load: Load) -> None:
     """A soft goal stays as it is written: bounds of the end are the tolerances that it gives."""
-    goal = promised(load, short, f"  soft: true\n{GOAL}{FRAMES}  tolerance: {{velocity: {{leg: 0.3}}}}\n")
+    goal = completed_goal(load, short, f"  soft: true\n{GOAL}{FRAMES}  tolerance: {{velocity: {{leg: 0.3}}}}\n")
     assert (goal.tolerance.configuration, goal.tolerance.velocity) == ({}, {"leg": 0.3})
     assert [point.tolerance for point in goal.points] == [None, 0.2, None]
     assert all(point.velocity_tolerance is None for point in goal.points)
@@ -59,31 +59,31 @@ def test_a_soft_goal_promises_its_own_tolerances_only(short: str, load: Load) ->
 def test_given_tolerances_win(short: str, load: Load) -> None:
     """A tolerance in the task, also of zero, replaces the default one; one of an unlisted coordinate is added."""
     given = "  tolerance: {configuration: {root_x: 0.2, leg: 0}, velocity: {root_z: 0}}\n"
-    tolerance = promised(load, short, GOAL + given).tolerance
+    tolerance = completed_goal(load, short, GOAL + given).tolerance
     assert tolerance.configuration == {"root_x": 0.2, "leg": 0}
     assert tolerance.velocity == {**dict.fromkeys(NAMES, 0.01), "root_z": 0}
 
 
 def test_a_goal_with_a_velocity_is_no_rest(short: str, load: Load) -> None:
-    """Where the goal lists a velocity, also of a frame, it promises the listed ones and leaves the others free."""
-    tolerance = promised(load, short, f"{GOAL}  velocity: {{root_x: 0.5}}\n").tolerance
+    """Where the goal lists a velocity, also of a frame, the listed ones are hard and the others free."""
+    tolerance = completed_goal(load, short, f"{GOAL}  velocity: {{root_x: 0.5}}\n").tolerance
     assert (tolerance.configuration, tolerance.velocity) == ({"root_x": 0.01}, {"root_x": 0.01})
-    assert promised(load, short, GOAL + FRAMES).tolerance.velocity == {}
+    assert completed_goal(load, short, GOAL + FRAMES).tolerance.velocity == {}
 
 
-def test_frames_and_the_centre_of_mass_are_promised(short: str, load: Load) -> None:
+def test_frames_and_the_centre_of_mass_are_hard(short: str, load: Load) -> None:
     """Positions and velocities of points get tolerances where they have none; a point at rest means all at rest."""
-    goal = promised(load, short, FRAMES)
+    goal = completed_goal(load, short, FRAMES)
     assert [point.tolerance for point in goal.points] == [0.01, 0.2, 0.01]
     assert [point.velocity_tolerance for point in goal.points] == [0.01, None, None]
     assert goal.tolerance.configuration == {}
-    resting = promised(load, short, "  frames: {foot: {position: {x: 0.5}}}\n")
+    resting = completed_goal(load, short, "  frames: {foot: {position: {x: 0.5}}}\n")
     assert resting.tolerance.velocity == dict.fromkeys(NAMES, 0.01)
 
 
-def test_contacts_to_stand_on_are_promised(short: str, load: Load) -> None:
-    """What `stand_on` finds is promised as what is written: the height at which the foot touches."""
-    goal = promised(load, short, f"{GOAL}  stand_on: [foot]\n")
+def test_contacts_to_stand_on_are_hard(short: str, load: Load) -> None:
+    """What `stand_on` finds is as hard as a written value: the height at which the foot touches."""
+    goal = completed_goal(load, short, f"{GOAL}  stand_on: [foot]\n")
     assert set(goal.tolerance.configuration) >= {"root_x", "root_z"} and goal.configuration["root_z"] == 0.5
 
 
@@ -95,7 +95,7 @@ def test_an_empty_goal_promises_nothing(short: str, load: Load) -> None:
 
 @pytest.mark.parametrize("goal", [GOAL, GOAL + FRAMES, f"{GOAL}  soft: true\n", f"{GOAL}  stand_on: [foot]\n"])
 def test_a_completed_task_stays_as_it_is(short: str, load: Load, goal: str) -> None:
-    """The task of a problem can be formulated again and promises the same, as that of a plan must."""
+    """The task of a problem can be formulated again and has the same tolerances, as that of a plan must."""
     once = formulate(load(short.removesuffix(GOAL) + goal))
     twice = formulate(once.task)
     assert twice.task == once.task
@@ -117,10 +117,10 @@ def test_limits_that_exclude_rest(short: str, load: Load) -> None:
         assert formulate(load(moving + other + limits)).limits.lower_velocity[0] == 0.5
 
 
-def test_a_period_is_neither_soft_nor_promised_twice(short: str, load: Load) -> None:
+def test_a_period_is_neither_soft_nor_hard_twice(short: str, load: Load) -> None:
     """A motion that repeats gets no tolerances, and `soft` beside it is refused."""
     periodic = "  periodic: {stride: {root_x: 1}}\n"
-    goal = promised(load, short, periodic)
+    goal = completed_goal(load, short, periodic)
     assert (goal.tolerance.configuration, goal.tolerance.velocity) == ({}, {})
     with pytest.raises(TaskError) as caught:
         load(short.removesuffix(GOAL) + periodic + "  soft: true\n")
@@ -138,7 +138,7 @@ def test_a_period_is_neither_soft_nor_promised_twice(short: str, load: Load) -> 
     ],
 )
 def test_rest_on_a_contact_is_no_apex(short: str, load: Load, goal: str, closed: bool) -> None:
-    """A promised goal at rest that stands on a contact closes its gap in the whole last interval, and only there."""
+    """A hard goal at rest that stands on a contact closes its gap in the whole last interval, and only there."""
     assert short.endswith(GOAL)
     motion = formulate(load(short.removesuffix(GOAL) + goal))
     gap = list(motion.ocp.system.state_names).index("foot integrated gap")

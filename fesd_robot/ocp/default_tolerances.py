@@ -1,4 +1,4 @@
-"""What a task promises without saying so: how closely its goal is reached, and which feet do not slip."""
+"""Defaults of hard constraints: the tolerances of a goal, and which feet do not slip."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from fesd_robot.robot import Robot
 from fesd_robot.task import DEFAULT_TOLERANCE, GROUND, Jumps, PointTarget, Task, Tolerance
 
 
-def with_promises(task: Task, robot: Robot, limits: StateLimits) -> Task:
-    """Return the task with a tolerance for everything that its goal promises; such a task does not change any more.
+def with_default_tolerances(task: Task, robot: Robot, limits: StateLimits) -> Task:
+    """Return the task with a tolerance for every value of a hard goal; such a task does not change any more.
 
-    A goal promises what it lists, and rest where it lists positions but no velocity; a soft goal or one that repeats
-    promises nothing more than its own tolerances.
+    A hard goal reaches all that it lists, and rest where it lists positions but no velocity; a soft goal or one that
+    repeats has its own tolerances only.
 
     Args:
         task: with the whole configuration of its goal.
         limits: of the robot in this task.
 
     Raises:
-        TaskError: rest is promised where a velocity limit forbids it.
+        TaskError: rest is required where a velocity limit forbids it.
     """
     goal = task.goal
     if goal.soft or goal.periodic is not None:
@@ -30,14 +30,14 @@ def with_promises(task: Task, robot: Robot, limits: StateLimits) -> Task:
     at_rest = goal.rests
     if at_rest:
         _check_rest(task, robot, limits)
-    points = {name: _promised(point) for name, point in goal.frames.items()}
+    points = {name: _with_tolerances(point) for name, point in goal.frames.items()}
     tolerance = Tolerance(
         configuration=_widths(deviation_names(goal.configuration), goal.tolerance.configuration),
         velocity=_widths(robot.velocity_names if at_rest else goal.velocity, goal.tolerance.velocity),
     )
-    center = goal.center_of_mass and _promised(goal.center_of_mass)
-    promised = goal.model_copy(update={"tolerance": tolerance, "frames": points, "center_of_mass": center})
-    return task.model_copy(update={"goal": promised})
+    center = goal.center_of_mass and _with_tolerances(goal.center_of_mass)
+    hard = goal.model_copy(update={"tolerance": tolerance, "frames": points, "center_of_mass": center})
+    return task.model_copy(update={"goal": hard})
 
 
 def with_slipping(task: Task) -> Task:
@@ -63,7 +63,7 @@ def _widths(names: Iterable[str], given: Mapping[str, float]) -> dict[str, float
     return {**dict.fromkeys(names, DEFAULT_TOLERANCE), **given}
 
 
-def _promised(point: PointTarget) -> PointTarget:
+def _with_tolerances(point: PointTarget) -> PointTarget:
     """Return the target with a tolerance for its position and its velocity, where it has them."""
     wanted = {"tolerance": point.position, "velocity_tolerance": point.velocity}
     missing = [key for key, value in wanted.items() if value is not None and getattr(point, key) is None]
