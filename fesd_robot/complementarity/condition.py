@@ -62,22 +62,22 @@ class Complementarity:
         invariant: G is one of the states, and where it is zero and H is not, the other conditions keep it there: its
             rate vanishes. A smooth problem asks for it once, where H begins to be positive (index reduction).
         held_at: where within a finite element it is held.
-        recall: within a finite element G at a point counts with this times G at the left boundary added: what an
+        initial_value_factor: within a finite element G at a point counts with this times G at the left boundary added: what an
             element may or must do depends on how it begins. Only of a vanishing constraint without a complement whose
             G is a function of the state.
-        companions: algebraic variables that vanish wherever H does, by rows of the system: a smooth problem that holds
+        vanish_together: algebraic variables that vanish wherever H does, by rows of the system: a smooth problem that holds
             H at zero holds them there, too, and leaves those rows out.
-        together: of the conditions of a contact with this H and a G of their own either all G are the active factor,
+        vector_component: of the conditions of a contact with this H and a G of their own either all G are the active factor,
             the parts of a vector that vanishes, or all H, or all complements.
-        met_by: (kind, active factor) of other conditions of the contact that imply this one: where one of them has that
+        implied_by: (kind, active factor) of other conditions of the contact that imply this one: where one of them has that
             active factor, a smooth problem does not hold this one again.
-        share: H is a share of the clock's rate: with those of the other conditions of its label's joint it adds up to
+        rate_share: H is a share of the clock's rate: with those of the other conditions of its label's joint it adds up to
             that rate, by a row of the system. Where a complement vanishes the clock stands still, and all shares
             vanish whatever G is.
 
     Raises:
         DimensionError: a factor that is not a scalar.
-        ModelError: a complement in a condition that is not a vanishing constraint, or G recalled beside one.
+        ModelError: a complement in a condition that is not a vanishing constraint, or an initial value of G beside one.
 
     Source: Luo, Pang, Ralph, Mathematical Programs with Equilibrium Constraints (1996); for vanishing constraints
     Achtziger, Kanzow, Math. Program. 114 (2008).
@@ -91,11 +91,11 @@ class Complementarity:
     level: Level = "position"
     invariant: bool = False
     held_at: HeldAt = HeldAt.POINTS
-    recall: float = 0.0
-    companions: tuple[ca.SX, ...] = ()
-    together: bool = False
-    met_by: tuple[tuple[str, ActiveFactor], ...] = ()
-    share: bool = False
+    initial_value_factor: float = 0.0
+    vanish_together: tuple[ca.SX, ...] = ()
+    vector_component: bool = False
+    implied_by: tuple[tuple[str, ActiveFactor], ...] = ()
+    rate_share: bool = False
 
     def __post_init__(self) -> None:
         for name, factor in (("G", self.G), ("H", self.H), ("complement", self.complement)):
@@ -103,7 +103,9 @@ class Complementarity:
                 raise DimensionError(f"{name} of '{self.label}' has shape {factor.shape}, expected (1, 1)")
         if self.complement is not None and not self.vanishing:
             raise ModelError(f"'{self.label}' has a complement, which only a vanishing constraint can have")
-        if self.recall and (not self.vanishing or self.complement is not None):
-            raise ModelError(f"'{self.label}' recalls G, which only a vanishing constraint without a complement can do")
-        if self.share and self.label.joint is None:
+        if self.initial_value_factor and (not self.vanishing or self.complement is not None):
+            raise ModelError(
+                f"'{self.label}' adds the initial value of G, which only a vanishing constraint without a complement can do"
+            )
+        if self.rate_share and self.label.joint is None:
             raise ModelError(f"'{self.label}' is about a share of no joint, whose shares add up")

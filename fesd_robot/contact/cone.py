@@ -47,7 +47,7 @@ def cone_conditions(
             unused,
             vanishing=True,
             level="velocity",
-            together=True,
+            vector_component=True,
         )
         for velocity, (forwards, backwards) in zip(velocities, DIRECTIONS, strict=True)
         for direction, signed in ((backwards, -velocity), (forwards, velocity))
@@ -63,7 +63,7 @@ def cone_conditions(
             vanishing=True,
             level="velocity",
             held_at=HeldAt.POINTS_AND_STAGES if kind == FRICTION_WITH_SLIDING else HeldAt.STAGES,
-            met_by=(
+            implied_by=(
                 (SLIDING_INSIDE_CONE, ActiveFactor.G),
                 (FORCE_AT_A_DISTANCE, ActiveFactor.H),
                 (FORCE_WHILE_PARTING, ActiveFactor.H),

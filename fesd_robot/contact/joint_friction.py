@@ -53,7 +53,7 @@ def with_dry_friction(contact_system: ContactSystem, dynamics: MultibodyDynamics
                 share,
                 vanishing=True,
                 level="velocity",
-                share=True,
+                rate_share=True,
             )
             for direction, signed_velocity, share in (
                 (BACKWARDS, -velocity, forwards),

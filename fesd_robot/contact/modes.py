@@ -125,7 +125,7 @@ def factors_of(conditions: Iterable[Complementarity], modes: Mapping[str, Contac
 def _factor(condition: Complementarity, mode: ContactMode) -> ActiveFactor:
     label = condition.label
     if mode is ContactMode.FLIGHT:
-        return ActiveFactor.G if condition.met_by else ActiveFactor.H
+        return ActiveFactor.G if condition.implied_by else ActiveFactor.H
     if mode.hits and condition.complement is not None:
         return ActiveFactor.COMPLEMENT
     if label.kind == SLIDING_INSIDE_CONE:

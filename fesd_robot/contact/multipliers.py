@@ -77,7 +77,7 @@ def multiplier_contact_system(
                 dynamics, contact, velocity, own.beta, own.complement, own.multipliers, unused=own.unused
             ),
         ]
-        conditions += [replace(one, companions=own.companions) if one.H is own.beta else one for one in about]
+        conditions += [replace(one, vanish_together=own.vanish_together) if one.H is own.beta else one for one in about]
         exact *= 1 - own.beta
     multipliers = [own.multipliers for own in fields]
     theta_ode, products = free_flow_multiplier([own.complement for own in fields])
@@ -125,7 +125,7 @@ class _AuxiliaryFields:
         lifted: (name, symbol, definition) of further variables; `lifted_in_flight`: their values there.
         multipliers, beta, complement: what the contact logic is made of.
         unused: part of the friction cone that is not used; None in the plane.
-        companions: variables that vanish with beta by the rows of the lifted ones.
+        vanish_together: variables that vanish with beta by the rows of the lifted ones.
     """
 
     names: list[str]
@@ -137,7 +137,7 @@ class _AuxiliaryFields:
     beta: ca.SX
     complement: ca.SX
     unused: ca.SX | None = None
-    companions: tuple[ca.SX, ...] = ()
+    vanish_together: tuple[ca.SX, ...] = ()
 
 
 def _auxiliary_fields(i: int, contact: Contact) -> _AuxiliaryFields:
@@ -180,5 +180,5 @@ def _in_space(planar: _AuxiliaryFields, i: int, contact: Contact) -> _AuxiliaryF
         lifted_in_flight=[*planar.lifted_in_flight, 0.0, 0.0],
         multipliers=multipliers,
         unused=unused,
-        companions=(left, right, unused),
+        vanish_together=(left, right, unused),
     )

@@ -70,12 +70,18 @@ def velocity_conditions(
         )
 
     conditions = [
-        condition(FORCE_WHILE_PARTING, normal_velocity, beta, recall=contact.restitution),
+        condition(FORCE_WHILE_PARTING, normal_velocity, beta, initial_value_factor=contact.restitution),
         condition(MOTION_DURING_IMPACT, -normal_velocity, beta, complement=complement),
     ]
     if bounces:
         conditions.append(
-            condition(RESTITUTION, -normal_velocity, beta, recall=contact.restitution, held_at=HeldAt.RIGHT_BOUNDARY)
+            condition(
+                RESTITUTION,
+                -normal_velocity,
+                beta,
+                initial_value_factor=contact.restitution,
+                held_at=HeldAt.RIGHT_BOUNDARY,
+            )
         )
     if contact.friction > 0:
         velocities = contact.tangential_velocities(dynamics.velocity)
@@ -93,7 +99,7 @@ def velocity_conditions(
                 )
         if contact.slip_distance == 0:
             conditions += [
-                condition(SLIPPING, signed, beta, complement=complement, direction=direction, together=True)
+                condition(SLIPPING, signed, beta, complement=complement, direction=direction, vector_component=True)
                 for velocity, (forwards, backwards) in zip(velocities, DIRECTIONS, strict=False)
                 for direction, signed in ((backwards, -velocity), (forwards, velocity))
             ]

@@ -80,11 +80,17 @@ def vanishing_pairs(
         values = [factors(z) for _, z in points[1 : stages + 1]]
 
         def at(place: Place, G: ca.SX, H: ca.SX, condition: Complementarity = condition) -> Complementarity:
-            return replace(condition, label=condition.label.at(place), G=G, H=H, complement=None, recall=0.0)
+            return replace(
+                condition, label=condition.label.at(place), G=G, H=H, complement=None, initial_value_factor=0.0
+            )
 
         def switched(k: int, condition: Complementarity = condition, switching: ca.Function = switching) -> ca.SX:
             value = switching(*points[k])
-            return value + condition.recall * switching(*points[0]) if condition.recall else value
+            return (
+                value + condition.initial_value_factor * switching(*points[0])
+                if condition.initial_value_factor
+                else value
+            )
 
         if mode == "plain":
             if condition.held_at is not HeldAt.LEFT_BOUNDARY:

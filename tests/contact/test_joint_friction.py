@@ -327,7 +327,7 @@ def _pushed(parts: Mapping[str, float]) -> float:
     z = np.array(elements[0].z[0])
     z[names.index("pi_+[x]")], z[names.index("pi_-[x]")] = parts["+"], parts["-"]
     for condition in system.complementarities:
-        if condition.share:
+        if condition.rate_share:
             values = ca.Function("both", [system.state, system.algebraic], [condition.G, condition.H])
             G, H = values(elements[0].x[0], z)
             products.append(max(float(G), 0.0) * float(H))

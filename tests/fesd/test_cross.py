@@ -148,14 +148,19 @@ def test_a_condition_may_recall_the_left_boundary(mode: CrossComplementarity) ->
     def values(right_only: bool) -> list[float]:
         label = Label("no faster than it came")
         one = Complementarity(
-            label, x, z, vanishing=True, recall=0.8, held_at=HeldAt.RIGHT_BOUNDARY if right_only else HeldAt.POINTS
+            label,
+            x,
+            z,
+            vanishing=True,
+            initial_value_factor=0.8,
+            held_at=HeldAt.RIGHT_BOUNDARY if right_only else HeldAt.POINTS,
         )
         own = replace(system, complementarities=[*system.complementarities, one])
         conditions = vanishing_pairs(own, points, 2, mode)
-        assert all(condition.recall == 0.0 for condition in conditions)
+        assert all(condition.initial_value_factor == 0.0 for condition in conditions)
         return [float(condition.G) for condition in conditions]
 
     every, last = sorted(set(np.round(values(False), 12))), sorted(set(np.round(values(True), 12)))
     assert every == pytest.approx([-3.6, -1.1, 1.4]) and last == pytest.approx([1.4])
     with pytest.raises(ModelError):
-        Complementarity(Label("both"), x, z, vanishing=True, recall=0.8, complement=1 - z)
+        Complementarity(Label("both"), x, z, vanishing=True, initial_value_factor=0.8, complement=1 - z)

@@ -54,7 +54,7 @@ def arm(load: Load, tmp_path: Path) -> Callable[..., MotionProblem]:
 
 
 def _joints(motion: MotionProblem) -> list[str | None]:
-    return [one.label.joint for one in motion.contact_system.system.complementarities if one.share]
+    return [one.label.joint for one in motion.contact_system.system.complementarities if one.rate_share]
 
 
 def _said(motion: MotionProblem) -> str:

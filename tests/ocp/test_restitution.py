@@ -115,12 +115,12 @@ def test_without_restitution_nothing_is_added(tmp_path: Path) -> None:
     task = Path(__file__).parents[2] / "tasks" / "block_push.yaml"
     kinds = [
         [
-            (one.label.kind, one.recall, one.complement is None)
+            (one.label.kind, one.initial_value_factor, one.complement is None)
             for one in formulate(load_task(task, ["method.grid=uniform", *own])).ocp.system.complementarities
         ]
         for own in ([], ["ground.restitution=0"], ["ground.restitution=0.5"])
     ]
-    assert kinds[0] == kinds[1] and not any(recall for _, recall, _ in kinds[0])
+    assert kinds[0] == kinds[1] and not any(initial_value_factor for _, initial_value_factor, _ in kinds[0])
     added = [kind for kind, _, _ in kinds[2] if kind not in [known for known, _, _ in kinds[0]]]
     assert added == ["restitution", "friction after impact", "friction after impact"] * 2
 

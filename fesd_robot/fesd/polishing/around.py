@@ -50,7 +50,7 @@ def _resting(branch_transcription: BranchTranscription, branch: Branch) -> list[
     ends, stages = branch_transcription.resting_ends(branch), range(rows.tableau.stages)
     n_x, blocks = branch_transcription.transcription.ocp.system.state.numel(), []
     name = "friction where a slide ends"
-    for row in (row for row in rows.ending if row not in rows.conditions.crossed):
+    for row in (row for row in rows.ending if row not in rows.conditions.between_all_points):
         elements = sorted({e for e, i in ends if rows.conditions.quantities[rows.conditions.members[i].G].row == row})
         where = [np.concatenate([indices.left_state(e), *(indices.stage(e, j) for j in stages)]) for e in elements]
         if elements:

@@ -60,11 +60,11 @@ class BoundsBuilder:
             frozen = ActiveFactor.COMPLEMENT in factors
             left = self._hold_jump(e, left, factors)
             for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=False)):
-                if frozen and member.condition.share:
+                if frozen and member.condition.rate_share:
                     self._vanish(e, i)
                 elif self._conditions.met(i, factors) or self._follows(i, factors, before):
                     continue
-                elif member.condition.met_by and factor is ActiveFactor.G:
+                elif member.condition.implied_by and factor is ActiveFactor.G:
                     self._hold_while_moving(e, i, before)
                 elif factor is ActiveFactor.G and self._conditions.recalls(i, factors):
                     self._hold_since_left(e, member, left)
@@ -111,7 +111,9 @@ class BoundsBuilder:
         rows, first = self._rows, self._elements[e].first_row
         last_only = member.condition.held_at is HeldAt.RIGHT_BOUNDARY
         for point in range(rows.points if last_only else 1, rows.points + 1):
-            self._limit(first + rows.since_left(point, (member.G, member.condition.recall)), member.direction)
+            self._limit(
+                first + rows.since_left(point, (member.G, member.condition.initial_value_factor)), member.direction
+            )
         if not last_only and (left is not self._start or self._start_is_free):
             self._clamp(self._conditions.quantities[member.G], left, member.direction, one_side=True)
 

@@ -89,7 +89,7 @@ class ElementConditions:
         quantities: each once; two switching functions of opposite sign are one quantity.
         values: (x, z) -> all quantities.
         rows: (x, z) -> those that need a row, `row_count` of them.
-        recalled: (quantity, e) of the conditions that recall their G, each once.
+        with_initial_value: (quantity, e) of the conditions that recall their G, each once.
         jumps: conditions of the jump at the left boundary, if there may be one.
         jump_values: (x, y) -> the laws of its impulses, `laws` of them, and then every H of `jumps`.
     """
@@ -99,7 +99,7 @@ class ElementConditions:
     values: ca.Function
     rows: ca.Function
     row_count: int
-    recalled: tuple[tuple[int, float], ...]
+    with_initial_value: tuple[tuple[int, float], ...]
     jumps: tuple[JumpFactors, ...] = ()
     jump_values: ca.Function | None = None
     laws: int = 0
@@ -124,7 +124,7 @@ class ElementConditions:
         """Name of a joint -> its members whose H are shares of the clock's rate."""
         groups: dict[str, list[int]] = {}
         for i, member in enumerate(self.members):
-            if member.condition.share:
+            if member.condition.rate_share:
                 assert member.condition.label.joint is not None
                 groups.setdefault(member.condition.label.joint, []).append(i)
         return groups
@@ -132,7 +132,7 @@ class ElementConditions:
     @cached_property
     def have_companions(self) -> bool:
         """Whether variables vanish with the H of others."""
-        return any(member.condition.companions for member in self.members)
+        return any(member.condition.vanish_together for member in self.members)
 
     def met(self, i: int, factors: Sequence[ActiveFactor]) -> bool:
         """Return whether others imply a condition in an element.
@@ -155,14 +155,14 @@ class ElementConditions:
         """
         own, complement = self.members[i].condition, ActiveFactor.COMPLEMENT
         of_contact = [k for k, label in enumerate(self.labels) if label.contact == own.label.contact]
-        return own.recall > 0 and any(factors[k] is complement for k in of_contact)
+        return own.initial_value_factor > 0 and any(factors[k] is complement for k in of_contact)
 
     @cached_property
     def _implying(self) -> list[list[tuple[int, ActiveFactor]]]:
         return [
             [
                 (k, factor)
-                for kind, factor in own.condition.met_by
+                for kind, factor in own.condition.implied_by
                 for k, other in enumerate(self.labels)
                 if kind == other.kind and own.condition.label.contact == other.contact
             ]
@@ -170,21 +170,21 @@ class ElementConditions:
         ]
 
     @cached_property
-    def together(self) -> list[list[int]]:
+    def vector_groups(self) -> list[list[int]]:
         """Members that have the same kind of active factor, by contact."""
         groups: dict[tuple[str, str | None], list[int]] = {}
         for i, member in enumerate(self.members):
-            if member.condition.together:
+            if member.condition.vector_component:
                 groups.setdefault((member.condition.label.kind, member.condition.label.contact), []).append(i)
         return list(groups.values())
 
     @cached_property
-    def met_by_rest(self) -> list[int]:
+    def implied_by_rest(self) -> list[int]:
         """Rows of quantities that are zero where a contact does not move, whatever the algebraic variables are."""
-        return self._rows_of(member for member in self.members if member.condition.met_by)
+        return self._rows_of(member for member in self.members if member.condition.implied_by)
 
     @cached_property
-    def crossed(self) -> list[int]:
+    def between_all_points(self) -> list[int]:
         """Rows of quantities that keep their sign between all points of an element."""
         return self._rows_of(member for member in self.members if member.condition.held_at is HeldAt.POINTS_AND_STAGES)
 
@@ -237,16 +237,18 @@ def conditions_of(system: ComplementaritySystem) -> ElementConditions:
                 condition=condition,
                 G=G,
                 direction=direction,
-                H=quantities.index(condition.H, companions=condition.companions)[0],
+                H=quantities.index(condition.H, vanish_together=condition.vanish_together)[0],
                 complement=None if condition.complement is None else quantities.index(condition.complement)[0],
                 invariant_state=invariant[0] if invariant else None,
             )
         )
     x_z = [system.state, system.algebraic]
-    recalled = [(member.G, member.condition.recall) for member in members if member.condition.recall]
+    with_initial_value = [
+        (member.G, member.condition.initial_value_factor) for member in members if member.condition.initial_value_factor
+    ]
     jumps = _jump_factors(system, quantities)
     return ElementConditions(
-        recalled=tuple(dict.fromkeys(recalled)),
+        with_initial_value=tuple(dict.fromkeys(with_initial_value)),
         members=tuple(members),
         quantities=tuple(quantities.known),
         values=ca.Function("quantities", x_z, [ca.vertcat(*[one.expression for one in quantities.known])]),
@@ -296,7 +298,7 @@ class _Quantities:
         self._nonnegative = np.concatenate([np.zeros(system.state.numel(), bool), system.algebraic_lower >= 0])
 
     def index(
-        self, expression: ca.SX, *, either_sign: bool = False, companions: Sequence[ca.SX] = ()
+        self, expression: ca.SX, *, either_sign: bool = False, vanish_together: Sequence[ca.SX] = ()
     ) -> tuple[int, int]:
         """Return the index of the quantity that is the expression, and 1, or -1 if it is its negative."""
         for i, known in enumerate(self.known):
@@ -307,7 +309,7 @@ class _Quantities:
             if either_sign and (known.expression + expression).is_zero():
                 return i, -1
         variables, sign, offset = _affine(expression, self._arguments, self._nonnegative)
-        for one in companions:
+        for one in vanish_together:
             variables += _affine(one, self._arguments, self._nonnegative)[0]
         row = None if variables else len(self.rows)
         if not variables:

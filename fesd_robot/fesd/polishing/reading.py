@@ -169,7 +169,7 @@ def _velocity_level(sizes: ElementSizes, position: Sequence[ActiveFactor | None]
         if factor is None and multiplier and multiplier <= zero:
             factor = ActiveFactor.H
         factors.append(factor or _in_contact(sizes, member, whole=multiplier in positive))
-    for group in conditions.together:
+    for group in conditions.vector_groups:
         own = {factors[i] for i in group}
         for vanishes in (ActiveFactor.H, ActiveFactor.COMPLEMENT):
             if vanishes in own:

@@ -45,14 +45,14 @@ class ElementRows:
     def ending(self) -> list[int]:
         """Quantities whose slope at the end is a row."""
         known = self.tableau.collocation and self.tableau.ends_at_stage
-        return self.conditions.met_by_rest if known else []
+        return self.conditions.implied_by_rest if known else []
 
     @property
     def size(self) -> int:
         """Rows of an element."""
-        between = len(self.pairs) * len(self.conditions.crossed)
-        recalled = self.points * len(self.conditions.recalled)
-        return self.points * self.conditions.row_count + between + recalled + len(self.ending) + self._of_jump
+        between = len(self.pairs) * len(self.conditions.between_all_points)
+        with_initial_value = self.points * len(self.conditions.with_initial_value)
+        return self.points * self.conditions.row_count + between + with_initial_value + len(self.ending) + self._of_jump
 
     @property
     def _of_jump(self) -> int:
@@ -73,14 +73,14 @@ class ElementRows:
 
     def between(self, pair: int, row: int) -> int:
         """Index of a crossed quantity at one of `pairs`."""
-        crossed = self.conditions.crossed
-        return self.points * self.conditions.row_count + pair * len(crossed) + crossed.index(row)
+        between_all_points = self.conditions.between_all_points
+        return self.points * self.conditions.row_count + pair * len(between_all_points) + between_all_points.index(row)
 
     def since_left(self, point: int, quantity: tuple[int, float]) -> int:
-        """Index of a quantity and what it was at the left boundary, one of `recalled`, at a point, from 1."""
-        recalled = self.conditions.recalled
-        last = self.points * self.conditions.row_count + len(self.pairs) * len(self.conditions.crossed)
-        return last + (point - 1) * len(recalled) + recalled.index(quantity)
+        """Index of a quantity and what it was at the left boundary, one of `with_initial_value`, at a point, from 1."""
+        with_initial_value = self.conditions.with_initial_value
+        last = self.points * self.conditions.row_count + len(self.pairs) * len(self.conditions.between_all_points)
+        return last + (point - 1) * len(with_initial_value) + with_initial_value.index(quantity)
 
     def at_end(self, row: int) -> int:
         """Index of the slope of one of `ending`."""
@@ -92,16 +92,16 @@ class ElementRows:
         if self.points > self.tableau.stages:
             points.append(element.right)
         own = [rows(x, z) for x, z in points[1:]]
-        between = self.pairs if self.conditions.crossed else []
-        crossed = [rows(points[k][0], points[j][1])[self.conditions.crossed] for k, j in between]
-        recalled, slopes = self._recalled(points), self.slopes(points)
-        return ca.vertcat(ca.SX(0, 1), *own, *crossed, *recalled, slopes, *self._jump(element))
+        between = self.pairs if self.conditions.between_all_points else []
+        between_all_points = [rows(points[k][0], points[j][1])[self.conditions.between_all_points] for k, j in between]
+        with_initial_value, slopes = self._with_initial_value(points), self.slopes(points)
+        return ca.vertcat(ca.SX(0, 1), *own, *between_all_points, *with_initial_value, slopes, *self._jump(element))
 
-    def _recalled(self, points: Sequence[tuple[ca.SX, ca.SX]]) -> list[ca.SX]:
-        if not self.conditions.recalled:
+    def _with_initial_value(self, points: Sequence[tuple[ca.SX, ca.SX]]) -> list[ca.SX]:
+        if not self.conditions.with_initial_value:
             return []
         values = [self.conditions.values(x, z) for x, z in points]
-        return [own[i] + e * values[0][i] for own in values[1:] for i, e in self.conditions.recalled]
+        return [own[i] + e * values[0][i] for own in values[1:] for i, e in self.conditions.with_initial_value]
 
     def _jump(self, element: ElementPoints) -> list[ca.SX]:
         if self.conditions.jump_values is None:

@@ -215,7 +215,7 @@ class _ModeEquations:
                 member.condition.held_at is HeldAt.RIGHT_BOUNDARY or conditions.recalls(i, factors)
             ):
                 continue
-            factor = ActiveFactor.H if frozen and member.condition.share else own
+            factor = ActiveFactor.H if frozen and member.condition.rate_share else own
             at = member.quantity(factor)
             if factor is ActiveFactor.G and member.invariant_state is not None:
                 replaced.add(system.state_names[member.invariant_state])
