@@ -23,13 +23,13 @@ from fesd_robot.plans import LocalSearch, Plan, TriedSequence
 from fesd_robot.refinement import NO_MOTION, Repair, SolvedMotion, refined
 from fesd_robot.running import Activity, ActivityCallback, InBackground, ProgressCallback, cores_for
 from fesd_robot.starts import (
+    earlier_trajectory,
     kept_motion,
-    known_elements,
-    known_plan,
-    known_start,
     named_plan,
     needs_simulated_start,
     simulated_start,
+    trajectory_of_plan,
+    warm_start,
 )
 from fesd_robot.task import coarser_intervals
 
@@ -174,10 +174,10 @@ class Chain:
     def _find(self, search: SequenceSearch, motion: MotionProblem) -> None:
         """Find a motion to search from."""
         solver = search.solver
-        _note_known(search, "earlier plan", known_plan(motion))
+        _note_known(search, "earlier plan", earlier_trajectory(motion))
         if search.best is None:
             if self.earlier:
-                _note_known(search, "plan that was there", known_elements(self.earlier, motion.ocp.system))
+                _note_known(search, "plan that was there", trajectory_of_plan(self.earlier, motion.ocp.system))
             search.guesses(guessed_sequences(motion))
         if search.best is None:
             search.guesses(hops(motion), "hops")
@@ -254,7 +254,7 @@ class Chain:
             return stop is not None and stop(iteration, objective)
 
         run = replace(self.run, report=searching, stop=iterating)
-        if found := known_start(motion, transcription, run):
+        if found := warm_start(motion, transcription, run):
             return found
         if needs_simulated_start(motion) and (found := simulated_start(motion, transcription, run)):
             return found

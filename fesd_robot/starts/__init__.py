@@ -7,24 +7,24 @@ from typing import TYPE_CHECKING
 from fesd_robot.lazy import lazy_exports
 
 __all__ = [
+    "earlier_trajectory",
     "finite_elements_of",
     "kept_motion",
-    "known_elements",
-    "known_plan",
-    "known_start",
     "named_plan",
     "needs_simulated_start",
     "simulated_start",
+    "trajectory_of_plan",
+    "warm_start",
 ]
 
 if TYPE_CHECKING:
     from fesd_robot.starts.known import (
+        earlier_trajectory,
         finite_elements_of,
         kept_motion,
-        known_elements,
-        known_plan,
-        known_start,
         named_plan,
+        trajectory_of_plan,
+        warm_start,
     )
     from fesd_robot.starts.simulated import needs_simulated_start, simulated_start
 else:
@@ -32,12 +32,12 @@ else:
         __name__,
         {
             "fesd_robot.starts.known": [
+                "earlier_trajectory",
                 "finite_elements_of",
                 "kept_motion",
-                "known_elements",
-                "known_plan",
-                "known_start",
                 "named_plan",
+                "trajectory_of_plan",
+                "warm_start",
             ],
             "fesd_robot.starts.simulated": ["needs_simulated_start", "simulated_start"],
         },

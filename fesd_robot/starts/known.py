@@ -80,7 +80,7 @@ def kept_motion(plan: Plan, motion: MotionProblem) -> BranchMotion | None:
         None where the plan does not say them, or its states, contacts or grid are not those of the task.
     """
     record, system = plan.finite_elements, motion.ocp.system
-    known = known_elements(plan, system)
+    known = trajectory_of_plan(plan, system)
     if record is None or record.nlp is None or known is None:
         return None
     own = record.nlp
@@ -101,7 +101,7 @@ def kept_motion(plan: Plan, motion: MotionProblem) -> BranchMotion | None:
     return BranchMotion(polisher, point, known.branch)
 
 
-def known_start(
+def warm_start(
     motion: MotionProblem,
     transcription: Transcription,
     run: Run,
@@ -120,13 +120,13 @@ def known_start(
         None if no plan is named, or another start than it (`solver.seed`), or if its contacts do not fit, or lead to no
         motion: then its configurations are the initial guess, as those of any file.
     """
-    known = known_plan(motion)
+    known = earlier_trajectory(motion)
     if known is None:
         return None
     return exact_start(on_grid(known, transcription), run)
 
 
-def known_plan(motion: MotionProblem) -> KnownTrajectory | None:
+def earlier_trajectory(motion: MotionProblem) -> KnownTrajectory | None:
     """Return the elements of the plan that `solver.warm_start` names.
 
     Args:
@@ -137,7 +137,7 @@ def known_plan(motion: MotionProblem) -> KnownTrajectory | None:
         configurations are the initial guess, as those of any file.
     """
     plan, name = named_plan(motion.task), motion.task.solver.warm_start
-    known = known_elements(plan, motion.ocp.system) if plan else None
+    known = trajectory_of_plan(plan, motion.ocp.system) if plan else None
     if plan and known is None:
         logger.warning(
             "%s: only the configurations are taken, its contacts and states are not those of this task", name
@@ -153,7 +153,7 @@ def named_plan(task: Task) -> Plan | None:
     )
 
 
-def known_elements(plan: Plan, system: ComplementaritySystem) -> KnownTrajectory | None:
+def trajectory_of_plan(plan: Plan, system: ComplementaritySystem) -> KnownTrajectory | None:
     """Return the elements of a plan, None if its contacts or states are not those of a system.
 
     Args:
