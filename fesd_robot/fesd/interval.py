@@ -99,7 +99,7 @@ def build_interval(ocp: OcpEquations, options: FesdOptions, elements: int, *, wi
         options: scheme, form, cross complementarity and step equilibration.
         elements: number of elements.
         within: whether it has dynamics, running cost and conditions of its elements; else these have blocks of their
-            own (`fesd.apart`).
+            own (`fesd.element_blocks`).
 
     Raises:
         ModelError: a step equilibration that would overlook vanishing constraints.

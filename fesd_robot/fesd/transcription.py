@@ -13,9 +13,9 @@ from fesd_robot.complementarity import Label, LateLabels, Place
 from fesd_robot.dcs import ComplementaritySystem, Jump
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.added_rows import NO_ROWS, AddedRows
-from fesd_robot.fesd.apart import conditions_block, is_large, stages_block
 from fesd_robot.fesd.constraints import TrajectoryConstraint, constraint_block, constraint_costs
 from fesd_robot.fesd.element import Rows, rate_function, states_function
+from fesd_robot.fesd.element_blocks import conditions_block, is_large, stages_block
 from fesd_robot.fesd.grid import ControlGrid
 from fesd_robot.fesd.grid_rows import grid_blocks
 from fesd_robot.fesd.indices import TrajectoryIndices
@@ -92,13 +92,13 @@ class Transcription:
         """The equations of an interval by number of elements."""
         return {
             count: build_interval(
-                self.ocp.equations, replace(self.options, elements=count), count, within=not self.apart
+                self.ocp.equations, replace(self.options, elements=count), count, within=not self.element_blocks
             )
             for count in sorted(set(self.elements))
         }
 
     @cached_property
-    def apart(self) -> bool:
+    def element_blocks(self) -> bool:
         """Whether elements, and stages, have blocks of their own, which follow those of the intervals."""
         return self.options.form == "integral" and is_large(self.ocp.system, self.options.tableau.stages, self.elements)
 
@@ -125,7 +125,7 @@ class Transcription:
             index = np.array([np.concatenate([self.indices.point(k), self.indices.own(k)]) for k in where]).T
             places = [Place(interval=k) for k in where]
             blocks.append(Block(interval.equations, places, index, self.parameters[:, where]))
-        if self.apart:
+        if self.element_blocks:
             blocks.append(conditions_block(self.ocp.system, self.options, self.indices))
             blocks.append(stages_block(self.ocp.equations, self.options.tableau, self.indices, self.parameters))
         blocks += [self._terminal_block(), *(block for block in self._constraint_blocks if block.copies)]

@@ -9,7 +9,7 @@ from itertools import chain, combinations, zip_longest
 import numpy as np
 
 from fesd_robot.contact import Contact, ContactMode, Modes
-from fesd_robot.phases.profile import Profile
+from fesd_robot.phases.profile import ContactProfile
 from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, switching
 
 INSERTED = 0.25
@@ -45,7 +45,7 @@ class Neighbour:
 
 
 def neighbours(
-    sequence: Sequence, contacts: list[Contact], profile: Profile, knots: tuple[float, ...] = ()
+    sequence: Sequence, contacts: list[Contact], profile: ContactProfile, knots: tuple[float, ...] = ()
 ) -> Iterator[Neighbour]:
     """Yield the neighbours of a sequence, each once: one of each kind in turn, those of a kind in the order of time.
 
@@ -79,7 +79,7 @@ def neighbours(
 class _Neighbours:
     sequence: Sequence
     contacts: list[Contact]
-    profile: Profile
+    profile: ContactProfile
     knots: tuple[float, ...]
 
     def _span(self, i: int) -> tuple[float, float]:

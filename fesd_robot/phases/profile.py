@@ -16,7 +16,7 @@ SLOW = 0.02
 
 
 @dataclass(frozen=True)
-class Profile:
+class ContactProfile:
     """What contacts do at the stages of a motion, (n,) of them.
 
     Attributes:
@@ -34,7 +34,7 @@ class Profile:
     gap: np.ndarray
 
     @classmethod
-    def of(cls, motion: MotionProblem, known: KnownTrajectory) -> Profile:
+    def of(cls, motion: MotionProblem, known: KnownTrajectory) -> ContactProfile:
         """Return the profile of a motion of a task."""
         dynamics, contacts = motion.dynamics, motion.contacts
         speeds = [ca.norm_2(ca.vertcat(*one.tangential_velocities(dynamics.velocity))) for one in contacts]

@@ -12,7 +12,7 @@ import numpy as np
 
 from fesd_robot.mpcc import PolishingReport
 from fesd_robot.phases.neighbours import neighbours
-from fesd_robot.phases.profile import Profile
+from fesd_robot.phases.profile import ContactProfile
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
@@ -189,7 +189,9 @@ class SequenceSearch:
         if self._over:
             return None
         motion = self.solver.motion
-        found = neighbours(current.sequence, list(motion.contacts), Profile.of(motion, current.along), motion.ocp.knots)
+        found = neighbours(
+            current.sequence, list(motion.contacts), ContactProfile.of(motion, current.along), motion.ocp.knots
+        )
         untried = [one for one in found if self._key(one.sequence) not in self._seen]
         below = current.cost - self._effort.neighbour_gain * abs(current.cost)
         trials = [_Trial(one.sequence, below, current.own.sequence, current.w) for one in untried]

@@ -152,13 +152,13 @@ class _Screening:
         below: cost that its motion is to stay below.
         origin: key of the sequence that it is a neighbour of.
         hope: part of the cost that may still be gained.
-        given_up: whether they lead to no motion, or to one that costs clearly more.
+        pruned: whether they lead to no motion, or to one that costs clearly more.
     """
 
     below: float
     origin: tuple[object, ...]
     hope: float
-    given_up: bool = False
+    pruned: bool = False
     _least: float = np.inf
     _dear: int = 0
 
@@ -172,8 +172,8 @@ class _Screening:
         dear = settled and least > self.below + self.hope * cost and abs(at.objective - at.bound) <= SCREENED_GAP * cost
         self._dear = self._dear + 1 if dear else 0
         far = any(at.iteration >= iterations and self._least > most for iterations, most in HOPELESS)
-        self.given_up = far or self._dear >= SCREENED_TIMES
-        return self.given_up
+        self.pruned = far or self._dear >= SCREENED_TIMES
+        return self.pruned
 
 
 @dataclass
@@ -299,7 +299,7 @@ class PhaseSolver:
         patience, at_once = iterations // ITERATIONS_AT_ONCE, ITERATIONS_AT_ONCE
         for _ in range(self.run.effort.sequence_rounds + patience):
             end = self._end(own, w, SHORTER * lengths, LONGER * lengths, settings, at_once, screening)
-            if end is None or not np.isfinite(end.w).all() or (screening and screening.given_up):
+            if end is None or not np.isfinite(end.w).all() or (screening and screening.pruned):
                 break
             near, violation = PhaseMotion(own, end), end.residuals.constraint_violation
             if violation <= NEARLY and not end.exact and near.cost > below + hope * abs(below):

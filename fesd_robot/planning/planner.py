@@ -24,8 +24,8 @@ from fesd_robot.planning.fallbacks import (
 )
 from fesd_robot.planning.suggestions import suggestions
 from fesd_robot.plans import (
-    Effort,
     Plan,
+    SolveEffort,
     Status,
     controls_of,
     overlaps_of_motion,
@@ -194,7 +194,7 @@ def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain
     """Return the plan of a motion, with its certificate if there is one."""
     motion, transcription, solution, w = solved.motion, solved.transcription, solved.solution, solved.on_branch.w
     deadline = chain.run.deadline
-    effort = Effort(chain.reports, build_seconds, deadline.spent - build_seconds)
+    effort = SolveEffort(chain.reports, build_seconds, deadline.spent - build_seconds)
     statistics = statistics_of(
         transcription.problem,
         solution,

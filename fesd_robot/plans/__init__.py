@@ -17,7 +17,6 @@ __all__ = [
     "Audit",
     "BranchNlpRecord",
     "ContactHistory",
-    "Effort",
     "FiniteElements",
     "LocalSearch",
     "MotionLimits",
@@ -29,6 +28,7 @@ __all__ = [
     "Refinement",
     "SimulationNote",
     "SimulationSummary",
+    "SolveEffort",
     "Statistics",
     "Status",
     "TriedSequence",
@@ -108,7 +108,7 @@ if TYPE_CHECKING:
     from fesd_robot.plans.replay_record import replay_entries, replay_summary
     from fesd_robot.plans.report_text import report
     from fesd_robot.plans.resample import resampled
-    from fesd_robot.plans.statistics import Effort, statistics_of
+    from fesd_robot.plans.statistics import SolveEffort, statistics_of
     from fesd_robot.plans.tables import settings_line
     from fesd_robot.plans.verdict import status_of
 else:
@@ -159,7 +159,7 @@ else:
             "fesd_robot.plans.replay_record": ["replay_entries", "replay_summary"],
             "fesd_robot.plans.report_text": ["report"],
             "fesd_robot.plans.resample": ["resampled"],
-            "fesd_robot.plans.statistics": ["Effort", "statistics_of"],
+            "fesd_robot.plans.statistics": ["SolveEffort", "statistics_of"],
             "fesd_robot.plans.tables": ["settings_line"],
             "fesd_robot.plans.verdict": ["status_of"],
         },

@@ -9,7 +9,7 @@ from fesd_robot.mpcc import Mpcc, MpccSolution, NlpReport
 from fesd_robot.plans.plan import HomotopyStep, LocalSearch, Refinement, Statistics
 
 
-class Effort(NamedTuple):
+class SolveEffort(NamedTuple):
     """NLPs and seconds of a solve.
 
     Attributes:
@@ -26,7 +26,7 @@ class Effort(NamedTuple):
 def statistics_of(
     problem: Mpcc,
     solution: MpccSolution,
-    effort: Effort,
+    effort: SolveEffort,
     cost_terms: Mapping[str, float],
     stages: int,
     search: LocalSearch | None,

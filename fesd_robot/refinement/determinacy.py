@@ -30,7 +30,7 @@ HALF = 0.5
 _OPEN = (ContactMode.FLIGHT, ContactMode.IMPACT)
 
 
-def in_deciding_postures(solved: SolvedMotion) -> Iterator[Finer]:
+def with_determinate_postures(solved: SolvedMotion) -> Iterator[Finer]:
     """Yield a motion held in postures where rigid bodies decide it, if it is not: all of the way at once, then half.
 
     Looked at are the control intervals that a replay leaves by more than local errors explain, and in them the elements

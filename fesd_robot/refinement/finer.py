@@ -47,7 +47,7 @@ def continued(solved: SolvedMotion, finer: Finer, run: Run) -> SolvedMotion | No
         return replace(solved.continued(*found), rounds=solved.rounds + 1) if found else None
     solution = continue_on_branch(
         start.transcription.problem,
-        OneBranch(polisher, start.branch) if start.transcription.apart else polisher,
+        OneBranch(polisher, start.branch) if start.transcription.element_blocks else polisher,
         start,
         solved.solution,
         run,

@@ -14,7 +14,7 @@ from fesd_robot.fesd.polishing import BranchMotion
 from fesd_robot.fesd.refinement import Violated, multiplier_errors, violated_between_stages, with_parts
 from fesd_robot.mpcc import COST_LOSS, Run
 from fesd_robot.ranges import MAX_STAGES
-from fesd_robot.refinement.determinacy import in_deciding_postures
+from fesd_robot.refinement.determinacy import with_determinate_postures
 from fesd_robot.refinement.finer import Finer, continued, with_bounds
 from fesd_robot.refinement.solved_motion import SolvedMotion
 from fesd_robot.running import SearchEffort
@@ -57,7 +57,7 @@ WORSE_THAN_ERRORS = 10.0
 MULTIPLIER_ACCURACY = 100.0
 """Error of multipliers near their bounds, relative to the accuracy; one of 1e-5 is a force of 1e-4 robot weights."""
 
-_GoOn = Callable[[SolvedMotion, Finer], SolvedMotion | None]
+_ContinueFrom = Callable[[SolvedMotion, Finer], SolvedMotion | None]
 """A motion and a finer transcription of it -> the motion that continues it there, None if there is none."""
 
 
@@ -84,7 +84,7 @@ def refined(solved: SolvedMotion, accuracy: float, run: Run) -> SolvedMotion:
         accuracy: largest local error of an element, relative to one plus the largest value of each state.
         run: of all NLPs; its effort says how many rounds, failures and repairs.
     """
-    go_on = _once(partial(continued, run=run))
+    continue_from = _once(partial(continued, run=run))
 
     def over(needed: float = 0.0) -> bool:
         return run.over or run.deadline.left <= needed
@@ -93,7 +93,7 @@ def refined(solved: SolvedMotion, accuracy: float, run: Run) -> SolvedMotion:
         return solved
     best = unrefined = solved = solved.without_shrunk
     for factor in TIGHTENED:
-        solved = _to_accuracy(solved, factor * accuracy, go_on, over, run.effort)
+        solved = _to_accuracy(solved, factor * accuracy, continue_from, over, run.effort)
         idle = best is not unrefined and not _improves(solved, best)
         if best is unrefined or solved.audit.worst[0] < best.audit.worst[0]:
             best = solved
@@ -102,7 +102,7 @@ def refined(solved: SolvedMotion, accuracy: float, run: Run) -> SolvedMotion:
     return best if best is solved else best.counted(solved.rounds, solved.seconds)
 
 
-def _once(go_on: _GoOn) -> _GoOn:
+def _once(continue_from: _ContinueFrom) -> _ContinueFrom:
     """Return a function that does the same, but does not try again what has led to no motion: the next accuracy asks
     for some of the finer transcriptions that the last one was refused."""
     refused: set[object] = set()
@@ -112,7 +112,7 @@ def _once(go_on: _GoOn) -> _GoOn:
         asked = motion.branch, motion.transcription.added, motion.w.tobytes(), finer.freer, finer.repair
         if asked in refused:
             return None
-        following = go_on(solved, finer)
+        following = continue_from(solved, finer)
         if following is None:
             refused.add(asked)
         return following
@@ -123,7 +123,7 @@ def _once(go_on: _GoOn) -> _GoOn:
 def _to_accuracy(
     solved: SolvedMotion,
     accuracy: float,
-    go_on: _GoOn,
+    continue_from: _ContinueFrom,
     over: Callable[..., bool],
     effort: SearchEffort,
 ) -> SolvedMotion:
@@ -132,7 +132,7 @@ def _to_accuracy(
     Args:
         solved: of a collocation scheme.
         accuracy: largest local error of an element.
-        go_on: solves a finer transcription.
+        continue_from: solves a finer transcription.
         over: whether nothing more is to begin; called with the seconds that it may take, none if left out. A round
             takes those of the last one: its NLP looks at the clock, but building, errors and audit do not.
         effort: how many rounds, failures and repairs.
@@ -152,12 +152,12 @@ def _to_accuracy(
         for finer in _finer(solved, accuracy, early=not failures):
             if finer.repair and repairs >= effort.refinement_repairs:
                 continue
-            following = go_on(solved, finer)
+            following = continue_from(solved, finer)
             failures += following is None and not finer.repair
             repairs += finer.repair
             costly = following is not None and _cost(following) > (1 + COST_LOSS) * _cost(solved)
             if costly and not finer.repair and repairs < effort.refinement_repairs:
-                other, repairs = go_on(solved, finer._replace(repair=True)), repairs + 1
+                other, repairs = continue_from(solved, finer._replace(repair=True)), repairs + 1
                 following = min((one for one in (following, other) if one), key=_cost)
             if following is not None or failures >= effort.refinement_failures or over():
                 break
@@ -205,7 +205,7 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
     violated = violated_between_stages(solved.on_branch)
     worst = max((one.violation for one in violated), default=0.0)
     if early:
-        yield from in_deciding_postures(solved)
+        yield from with_determinate_postures(solved)
         yield from _two_at_once(solved, accuracy, violated)
         if asking.any() and gross >= errors.max() and worst > WORSE_THAN_ERRORS * errors.max():
             yield with_bounds(solved, [one.bound for one in violated])
@@ -223,7 +223,7 @@ def _finer(solved: SolvedMotion, accuracy: float, *, early: bool) -> Iterator[Fi
             yield _in_parts(solved.on_branch, excess)
     yield from _with_more_bounds(solved, violated)
     if not (early or asking.any()):
-        yield from in_deciding_postures(solved)
+        yield from with_determinate_postures(solved)
 
 
 def _two_at_once(solved: SolvedMotion, accuracy: float, violated: Sequence[Violated]) -> Iterator[Finer]:

@@ -10,7 +10,7 @@ import numpy as np
 from fesd_robot.errors import SolverError
 from fesd_robot.recovery import NumericPhysics, SwitchRecord
 from fesd_robot.replay import Budget, ContactLaw, Contacts, Event, Impact, ReplayNote, Segments, States, events_along
-from fesd_robot.simulation.schedule import Schedule
+from fesd_robot.simulation.schedule import ControlSchedule
 
 _FATAL = {
     ReplayNote.MANY_EVENTS: f"more than {Budget.most_events} contact events, or {Budget.most_bounces} bounces, "
@@ -64,7 +64,7 @@ class Hit:
 
 
 @dataclass
-class Drive:
+class SimulatedMotion:
     """A simulated motion.
 
     Attributes:
@@ -83,7 +83,7 @@ class Drive:
     notes: dict[ReplayNote, float] = field(default_factory=dict)
 
 
-def drive(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, schedule: Schedule) -> Drive:
+def drive(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, schedule: ControlSchedule) -> SimulatedMotion:
     """Return where rigid bodies with unilateral contacts, restitution and Coulomb friction are led by a schedule.
 
     The equations and the choice of modes are those of `replay.integrator.replay_motion`; contacts stay closed from one
@@ -97,7 +97,7 @@ def drive(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, schedule: Sched
     Raises:
         SolverError: the motion does not go on; the sentence says when, and why.
     """
-    result = Drive(q, v)
+    result = SimulatedMotion(q, v)
     contacts: Contacts | None = None
     for interval, control in enumerate(schedule.controls):
         start, end = (float(time) for time in schedule.times[interval : interval + 2])
@@ -139,7 +139,7 @@ class _Recorder:
         control: its controls, (n_u).
     """
 
-    result: Drive
+    result: SimulatedMotion
     start: float
     interval: int
     control: np.ndarray

@@ -19,15 +19,17 @@ from fesd_robot.recovery import (
     stacked_rows,
 )
 from fesd_robot.replay import Contacts, contact_dynamics, motion_in_modes
-from fesd_robot.simulation.drive import Drive, Hit, Piece
-from fesd_robot.simulation.schedule import Schedule
+from fesd_robot.simulation.drive import Hit, Piece, SimulatedMotion
+from fesd_robot.simulation.schedule import ControlSchedule
 
 STAGES = 4
 """Of the Radau IIA formula at whose nodes every step of the integrator is sampled: its weights integrate powers and
 velocities to order 7."""
 
 
-def driven_motion(driven: Drive, physics: NumericPhysics, schedule: Schedule, n_u: int) -> PhysicalMotion:
+def driven_motion(
+    driven: SimulatedMotion, physics: NumericPhysics, schedule: ControlSchedule, n_u: int
+) -> PhysicalMotion:
     """Return the motion of a driven robot as samples with accelerations, forces and modes, and its impacts.
 
     Args:

@@ -13,7 +13,7 @@ from fesd_robot.ocp import MotionProblem, assembled_plan, formulate, motion_audi
 from fesd_robot.plans import Audit, Plan, SimulationNote, SimulationSummary, Statistics, Status, count, task_of
 from fesd_robot.recovery import NumericPhysics, PhysicalMotion
 from fesd_robot.replay import ReplayNote
-from fesd_robot.simulation.drive import Drive, drive
+from fesd_robot.simulation.drive import SimulatedMotion, drive
 from fesd_robot.simulation.motion import driven_motion
 from fesd_robot.simulation.schedule import schedule_of
 from fesd_robot.task import Task
@@ -110,7 +110,7 @@ def _start(motion: MotionProblem, plan: Plan | None) -> tuple[np.ndarray, np.nda
     )
 
 
-def _status(driven: Drive, physical: PhysicalMotion, physics: NumericPhysics, audit: Audit) -> Status:
+def _status(driven: SimulatedMotion, physical: PhysicalMotion, physics: NumericPhysics, audit: Audit) -> Status:
     gaps = np.array([physics.gaps(q) for q in physical.configuration])
     normal, events = physical.force[:, :, 0], len(driven.switches) + len(driven.joint_switches)
     unique = "the only motion there is" if not driven.notes else "not the only motion there is"

@@ -15,7 +15,7 @@ from fesd_robot.plans import Plan, read_plan
 
 
 @dataclass(frozen=True)
-class Schedule:
+class ControlSchedule:
     """Controls that are constant on intervals of time.
 
     Attributes:
@@ -41,10 +41,10 @@ class Schedule:
         """s."""
         return float(self.times[-1])
 
-    def until(self, duration: float) -> Schedule:
+    def until(self, duration: float) -> ControlSchedule:
         """Return the controls up to a time; after the end of the last interval its controls go on."""
         count = max(int(np.searchsorted(self.times[:-1], duration, side="left")), 1)
-        return Schedule(np.append(self.times[:count], duration), self.controls[:count])
+        return ControlSchedule(np.append(self.times[:count], duration), self.controls[:count])
 
 
 def schedule_of(
@@ -52,7 +52,7 @@ def schedule_of(
     names: Sequence[str],
     duration: float,
     intervals: int,
-) -> Schedule:
+) -> ControlSchedule:
     """Return the controls of a simulation.
 
     Args:
@@ -68,7 +68,7 @@ def schedule_of(
         PlanFileError: a plan that cannot be read.
     """
     if controls is None:
-        return Schedule(np.linspace(0.0, duration, intervals + 1), np.zeros((intervals, len(names))))
+        return ControlSchedule(np.linspace(0.0, duration, intervals + 1), np.zeros((intervals, len(names))))
     if isinstance(controls, Plan):
         return _of_columns(controls.controls, names, duration, f"the plan '{controls.name}'")
     if isinstance(controls, Mapping):
@@ -85,7 +85,9 @@ def schedule_of(
     return _of_columns(columns, names, duration, str(path))
 
 
-def _of_columns(columns: Mapping[str, np.ndarray], names: Sequence[str], duration: float, where: str) -> Schedule:
+def _of_columns(
+    columns: Mapping[str, np.ndarray], names: Sequence[str], duration: float, where: str
+) -> ControlSchedule:
     for name in ("time", *names):
         if name not in columns:
             raise MotionFileError(
@@ -103,7 +105,7 @@ def _of_columns(columns: Mapping[str, np.ndarray], names: Sequence[str], duratio
             f"{where}: found time {starts[wrong]:g} in row {wrong + 1}, expected times that begin at 0 and increase: "
             "a row holds from its time on"
         )
-    return Schedule(np.append(starts, max(duration, np.nextafter(starts[-1], np.inf))), values).until(duration)
+    return ControlSchedule(np.append(starts, max(duration, np.nextafter(starts[-1], np.inf))), values).until(duration)
 
 
 def _of_values(
@@ -111,7 +113,7 @@ def _of_values(
     names: Sequence[str],
     duration: float,
     intervals: int,
-) -> Schedule:
+) -> ControlSchedule:
     for name in controls:
         if name not in names:
             raise MotionFileError(f"found control '{name}', expected controls of the task{nearest(name, names)}")
@@ -124,4 +126,4 @@ def _of_values(
     table = np.column_stack([np.zeros((count, 0)), *columns])
     if not np.isfinite(table).all():
         raise MotionFileError("found controls that are not finite, expected numbers")
-    return Schedule(np.linspace(0.0, duration, count + 1), table)
+    return ControlSchedule(np.linspace(0.0, duration, count + 1), table)

@@ -19,7 +19,7 @@ from fesd_robot.mpcc import MpccSolution, Run
 from fesd_robot.ocp import MotionProblem, numeric_physics
 from fesd_robot.recovery import NumericPhysics
 from fesd_robot.replay import contact_dynamics, motion_in_modes
-from fesd_robot.simulation import Drive, Hit, Piece, Schedule
+from fesd_robot.simulation import ControlSchedule, Hit, Piece, SimulatedMotion
 from fesd_robot.simulation.drive import drive
 from fesd_robot.starts.force_variables import ForceVariables
 from fesd_robot.starts.known import exact_start
@@ -60,7 +60,7 @@ def simulated_start(
         share = 0.1 * np.random.default_rng(seed).uniform(-1.0, 1.0, len(names))
         limit = np.minimum(np.abs(motion.actuation.lower), np.abs(motion.actuation.upper))
         controls = share * np.where(np.isfinite(limit), limit, 0.0)
-    schedule = Schedule(np.array([0.0, motion.grid.nominal]), controls[None])
+    schedule = ControlSchedule(np.array([0.0, motion.grid.nominal]), controls[None])
     ends = motion.endpoints
     try:
         driven = drive(physics, ends.initial_configuration, ends.initial_velocity, schedule)
@@ -77,7 +77,7 @@ class _Known:
     motion: MotionProblem
     transcription: Transcription
     physics: NumericPhysics
-    driven: Drive
+    driven: SimulatedMotion
 
     def elements(self) -> KnownTrajectory:
         """Return them with their branch."""

@@ -18,7 +18,7 @@ from fesd_robot.fesd.refinement.between_stages import STRICTER
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.determinacy import DETERMINACY, MARGIN
 from fesd_robot.ocp.judged import numeric_physics
-from fesd_robot.refinement.determinacy import HALF, in_deciding_postures
+from fesd_robot.refinement.determinacy import HALF, with_determinate_postures
 
 TASKS = Path(__file__).parents[2] / "tasks"
 
@@ -84,7 +84,7 @@ def test_what_is_held_and_missed_is_held_more_strictly(monoped):
         local_errors=np.zeros(len(elements)),
         on_branch=BranchMotion.of(transcription, transcription.pack(elements), branch),
     )
-    whole, half = (finer.motion.transcription.added.paths for finer in in_deciding_postures(solved))
+    whole, half = (finer.motion.transcription.added.paths for finer in with_determinate_postures(solved))
     assert [(one.constraint, one.element, one.margin) for one in whole] == [(number, e, 0.0) for e in own]
     missing = MARGIN - rows(np.concatenate([crouching, rest])).full().min()
     assert [one.margin for one in half] == pytest.approx([-HALF * missing] * len(own))
@@ -95,8 +95,10 @@ def test_what_is_held_and_missed_is_held_more_strictly(monoped):
     ):
         solved.on_branch = with_bounds_between(BranchMotion.of(transcription, solved.on_branch.w, branch), held)
         solved.transcription = solved.on_branch.transcription
-        for finer, margin in zip(in_deciding_postures(solved), margins, strict=True):
+        for finer, margin in zip(with_determinate_postures(solved), margins, strict=True):
             assert [one.margin for one in finer.motion.transcription.added.paths] == pytest.approx([margin] * len(own))
 
     solved.local_errors = np.full(len(elements), 1.0)
-    assert not list(in_deciding_postures(solved)), "an error of the motion's own explains that the replay leaves it"
+    assert not list(with_determinate_postures(solved)), (
+        "an error of the motion's own explains that the replay leaves it"
+    )

@@ -10,7 +10,7 @@ import pytest
 
 from fesd_robot.phases import PhaseMotion, PhaseSolver, SequenceSearch
 from fesd_robot.phases.neighbours import neighbours
-from fesd_robot.phases.profile import Profile
+from fesd_robot.phases.profile import ContactProfile
 from fesd_robot.running import Cores, SearchEffort
 
 from .sequences import sequence, solver_of
@@ -36,7 +36,7 @@ def with_effort(solver: PhaseSolver, effort: SearchEffort) -> PhaseSolver:
 
 
 def found_near(solver: PhaseSolver, motion: PhaseMotion) -> list[str]:
-    profile = Profile.of(solver.motion, motion.along)
+    profile = ContactProfile.of(solver.motion, motion.along)
     near = neighbours(motion.sequence, list(solver.motion.contacts), profile, solver.motion.ocp.knots)
     return [str(one.sequence) for one in near]
 
@@ -46,7 +46,7 @@ def test_every_neighbour_does_one_thing_else(soft: tuple[PhaseSolver, PhaseMotio
     solver, motion = soft
     found = found_near(solver, motion)
     assert {"S F !S", "F S F S", "S F S F S", "F S", "S F"} <= set(found)
-    profile = Profile.of(solver.motion, motion.along)
+    profile = ContactProfile.of(solver.motion, motion.along)
     for one in neighbours(motion.sequence, list(solver.motion.contacts), profile):
         assert one.sequence.durations.sum() == pytest.approx(1.0) and one.sequence.durations.min() > 0
         assert one.sequence.key != motion.sequence.key
@@ -55,7 +55,7 @@ def test_every_neighbour_does_one_thing_else(soft: tuple[PhaseSolver, PhaseMotio
 def test_what_is_put_into_a_phase_is_put_where_it_is_easy() -> None:
     """The block that slides all along stands still between its slide and its push: there it may stick."""
     solver, motion = motion_of("block_push", "++", 1.5)
-    profile = Profile.of(solver.motion, motion.along)
+    profile = ContactProfile.of(solver.motion, motion.along)
     begin, end = profile.slow([0, 1], 0.0, 1.5)
     assert 0.2 < begin < end < 0.55
     sticking = [
@@ -71,7 +71,7 @@ def test_a_switch_crosses_a_knot() -> None:
     solver, motion = motion_of("block_push", "++ SS ++", 0.26, 0.24, 1.0)
     plain = motion.sequence.without_knots
     moved = plain.with_durations(plain.durations + np.array([0, 0.05, -0.05]))
-    profile = Profile.of(solver.motion, motion.along)
+    profile = ContactProfile.of(solver.motion, motion.along)
     near = [one for one in neighbours(moved, list(solver.motion.contacts), profile, (0.5,)) if "0.5 s" in one.what]
     assert near and all(one.sequence.key == moved.key for one in near)
     assert any(one.sequence.ends[1] < 0.5 for one in near)

@@ -10,7 +10,7 @@ import pytest
 from fesd_robot.contact import contact_modes
 from fesd_robot.fesd import Transcription
 from fesd_robot.ocp import MotionProblem, formulate, numeric_physics
-from fesd_robot.simulation import Schedule
+from fesd_robot.simulation import ControlSchedule
 from fesd_robot.simulation.drive import drive
 from fesd_robot.starts import needs_simulated_start
 from fesd_robot.starts.simulated import _Known
@@ -29,7 +29,7 @@ def test_the_branch_has_the_modes_of_the_motion(task: str) -> None:
     """In every element in which the clock runs each contact has the mode of its piece; the others are the impacts."""
     motion = formulated(task, "ground.restitution=0.2")
     physics, ends = numeric_physics(motion), motion.endpoints
-    schedule = Schedule(np.array([0.0, motion.grid.nominal]), np.zeros((1, len(motion.actuation.names))))
+    schedule = ControlSchedule(np.array([0.0, motion.grid.nominal]), np.zeros((1, len(motion.actuation.names))))
     driven = drive(physics, ends.initial_configuration, ends.initial_velocity, schedule)
     transcription = Transcription(motion.ocp, motion.fesd)
     known = _Known(motion, transcription, physics, driven).elements()

@@ -19,7 +19,7 @@ Pattern = tuple[ActiveSet, ...]
 
 
 @dataclass(frozen=True)
-class Run:
+class ActiveRun:
     """An active set that a contact keeps, impacts left out.
 
     Attributes:
@@ -51,17 +51,17 @@ def pattern_of(contact: ContactConditions, branch: Branch, elements: Sequence[in
     return tuple(active for active, _ in groupby(contact.of_factors(one) for one in sequence_of(branch, elements)))
 
 
-def runs_of(contact: ContactConditions, patterns: Sequence[Pattern]) -> list[Run]:
+def runs_of(contact: ContactConditions, patterns: Sequence[Pattern]) -> list[ActiveRun]:
     """Return the active sets that a contact has one after the other in all intervals."""
-    runs: list[Run] = []
+    runs: list[ActiveRun] = []
     for k, pattern in enumerate(patterns):
         for active in pattern:
             if contact.is_impact(active):
                 continue
             if runs and runs[-1].active == active:
-                runs[-1] = Run(active, runs[-1].first, k)
+                runs[-1] = ActiveRun(active, runs[-1].first, k)
             else:
-                runs.append(Run(active, k, k))
+                runs.append(ActiveRun(active, k, k))
     return runs
 
 

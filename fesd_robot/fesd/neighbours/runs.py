@@ -7,7 +7,7 @@ from itertools import groupby
 
 from fesd_robot.fesd.neighbours.changes import Change
 from fesd_robot.fesd.neighbours.contact_conditions import ActiveSet, ContactConditions
-from fesd_robot.fesd.neighbours.patterns import Pattern, Run
+from fesd_robot.fesd.neighbours.patterns import ActiveRun, Pattern
 from fesd_robot.fesd.neighbours.placing import Placing
 from fesd_robot.fesd.neighbours.switches import SwitchKind, kind_of_run
 
@@ -18,7 +18,7 @@ LEAST_STANCE = 3
 """A flight may be inserted into a contact of at least so many intervals: the third in the middle, or its beginning."""
 
 
-def without_run(contact: ContactConditions, runs: Sequence[Run]) -> Iterator[Change]:
+def without_run(contact: ContactConditions, runs: Sequence[ActiveRun]) -> Iterator[Change]:
     """Yield the changes that leave one run out; the first and the last, which have one neighbour, if they are short."""
     for n, run in enumerate(runs):
         neighbours = [other.active for other in (*runs[max(n - 1, 0) : n], *runs[n + 1 : n + 2])]
@@ -30,7 +30,7 @@ def without_run(contact: ContactConditions, runs: Sequence[Run]) -> Iterator[Cha
             yield Change(what, [(contact, patterns)])
 
 
-def swapped(contact: ContactConditions, runs: Sequence[Run]) -> Iterator[Change]:
+def swapped(contact: ContactConditions, runs: Sequence[ActiveRun]) -> Iterator[Change]:
     """Yield the changes of one mode with contact into another one."""
     closed = sorted({run.active for run in runs if not contact.is_flight(run.active)}, key=str)
     for run in runs:
@@ -43,7 +43,7 @@ def swapped(contact: ContactConditions, runs: Sequence[Run]) -> Iterator[Change]
                 yield Change(what, [(contact, patterns)])
 
 
-def with_flight(contact: ContactConditions, runs: Sequence[Run]) -> Iterator[Change]:
+def with_flight(contact: ContactConditions, runs: Sequence[ActiveRun]) -> Iterator[Change]:
     """Yield the changes that interrupt a contact by a flight."""
     flight = next((run.active for run in runs if contact.is_flight(run.active)), contact.flight)
     for run in runs:
@@ -55,7 +55,7 @@ def with_flight(contact: ContactConditions, runs: Sequence[Run]) -> Iterator[Cha
         yield Change(what, [(contact, dict.fromkeys(own, (flight,)))])
 
 
-def begun_in_flight(contact: ContactConditions, runs: Sequence[Run], placing: Placing) -> Iterator[Change]:
+def begun_in_flight(contact: ContactConditions, runs: Sequence[ActiveRun], placing: Placing) -> Iterator[Change]:
     """Yield the changes in which a motion that begins with a contact begins with a flight that ends with an impact.
 
     A leg that is pulled in first lets its robot fall into a crouch. The flight takes the first interval and a part of
@@ -75,12 +75,12 @@ def begun_in_flight(contact: ContactConditions, runs: Sequence[Run], placing: Pl
         yield Change(what, [(contact, patterns)])
 
 
-def _may_be_interrupted(contact: ContactConditions, run: Run) -> bool:
+def _may_be_interrupted(contact: ContactConditions, run: ActiveRun) -> bool:
     """Whether a run is a contact that is long enough for a flight."""
     return not contact.is_joint and not contact.is_flight(run.active) and run.last - run.first + 1 >= LEAST_STANCE
 
 
-def bouncing(contact: ContactConditions, patterns: Sequence[Pattern], runs: Sequence[Run]) -> Iterator[Change]:
+def bouncing(contact: ContactConditions, patterns: Sequence[Pattern], runs: Sequence[ActiveRun]) -> Iterator[Change]:
     """Yield the changes in which nothing but the impact is left of a contact between two flights."""
     for before, run, after in zip(runs, runs[1:], runs[2:], strict=False):
         hit = [k for k in range(before.last, run.last + 1) if any(map(contact.is_impact, patterns[k]))]
@@ -98,7 +98,7 @@ def bouncing(contact: ContactConditions, patterns: Sequence[Pattern], runs: Sequ
 
 
 def slipping_the_other_way(
-    contact: ContactConditions, patterns: Sequence[Pattern], runs: Sequence[Run]
+    contact: ContactConditions, patterns: Sequence[Pattern], runs: Sequence[ActiveRun]
 ) -> Iterator[Change]:
     """Yield the changes in which a contact slips to the other side in an impact, or also as long as it does after it.
 

@@ -8,7 +8,7 @@ from enum import Enum
 from itertools import pairwise, takewhile
 
 from fesd_robot.fesd.neighbours.contact_conditions import ActiveSet, ContactConditions
-from fesd_robot.fesd.neighbours.patterns import Pattern, Run
+from fesd_robot.fesd.neighbours.patterns import ActiveRun, Pattern
 from fesd_robot.fesd.neighbours.placing import Placing
 from fesd_robot.fesd.neighbours.shifts import (
     EARLIER,
@@ -99,7 +99,9 @@ class Switch:
         return self.choices.get(Shift.into(self.interval + (not earlier)))
 
 
-def switches_of(contact: ContactConditions, patterns: list[Pattern], runs: list[Run], placing: Placing) -> list[Switch]:
+def switches_of(
+    contact: ContactConditions, patterns: list[Pattern], runs: list[ActiveRun], placing: Placing
+) -> list[Switch]:
     """Return the switches of a contact in time order.
 
     Args:
@@ -124,8 +126,8 @@ def switches_of(contact: ContactConditions, patterns: list[Pattern], runs: list[
 def _two_away(
     contact: ContactConditions,
     patterns: Sequence[Pattern],
-    before: Run,
-    after: Run,
+    before: ActiveRun,
+    after: ActiveRun,
     choices: Choices,
 ) -> Choices:
     """Return where a switch goes that moves by two intervals: what it leaves in the one between lasts through that."""
@@ -145,7 +147,7 @@ def _two_away(
 
 
 def _from_a_boundary(
-    contact: ContactConditions, patterns: list[Pattern], before: Run, after: Run, placing: Placing
+    contact: ContactConditions, patterns: list[Pattern], before: ActiveRun, after: ActiveRun, placing: Placing
 ) -> Choices:
     """Return where a switch on the boundary of two intervals may go; an impact there goes with it."""
     k, following, a, b = before.last, after.first, before.active, after.active
@@ -178,7 +180,7 @@ def _from_a_boundary(
     return choices
 
 
-def _from_inside(contact: ContactConditions, patterns: list[Pattern], before: Run, after: Run) -> Choices:
+def _from_inside(contact: ContactConditions, patterns: list[Pattern], before: ActiveRun, after: ActiveRun) -> Choices:
     """Return where a switch inside an interval may go, none if there is another one of this contact."""
     k, a, b = before.last, before.active, after.active
     if len(without_impacts(contact, patterns[k])) > 2:

@@ -56,11 +56,11 @@ class ElementIndices(NamedTuple):
 def element_indices(branch_transcription: BranchTranscription) -> list[ElementIndices]:
     """Return the indices of all elements, in time order."""
     transcription, problem = branch_transcription.transcription, branch_transcription.problem
-    rows, apart = branch_transcription.element_rows, transcription.apart
+    rows, element_blocks = branch_transcription.element_rows, transcription.element_blocks
     kinds, sizes = len(transcription.intervals), [len(block.lower) * block.copies for block in problem.blocks]
     state_rows = _state_rows(problem, transcription.ocp.system.state_names)
     of_elements = np.concatenate([[0], np.cumsum(transcription.elements)]).astype(int)
-    first_apart = sum(sizes[: 1 + kinds])
+    first_of_blocks = sum(sizes[: 1 + kinds])
     elements: list[ElementIndices] = []
     first_row = sizes[0]
     for block, count in zip(problem.blocks[1:], transcription.intervals, strict=False):
@@ -69,7 +69,11 @@ def element_indices(branch_transcription: BranchTranscription) -> list[ElementIn
             assert place.interval is not None
             offset, end = int(transcription.indices.offsets[place.interval]), first_row + len(block.lower)
             steps = end - (count - 1)
-            first = first_apart + int(of_elements[place.interval]) * rows.size if apart else steps - count * rows.size
+            first = (
+                first_of_blocks + int(of_elements[place.interval]) * rows.size
+                if element_blocks
+                else steps - count * rows.size
+            )
             for n in range(count):
                 own = first + n * rows.size
                 elements.append(

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.fesd.apart import ELEMENT
+from fesd_robot.fesd.element_blocks import ELEMENT
 from fesd_robot.fesd.polishing.transcription import BranchTranscription
 from fesd_robot.mpcc import Block, BlockEquations, BranchBounds, Mpcc
 from fesd_robot.nlp import NlpPoint

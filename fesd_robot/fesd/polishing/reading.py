@@ -17,7 +17,7 @@ from fesd_robot.fesd.trajectory import Element
 WITHOUT_LENGTH = 0.03
 """An element shorter than this times its equal part of the interval has no length: nothing happens in it."""
 
-SHRUNK = 1e-7
+COLLAPSED = 1e-7
 """The same of an element of an exact motion: one at its least length, a tolerance of IPOPT above it. Between this and a
 millionth there are none, above that what is short is a mode."""
 

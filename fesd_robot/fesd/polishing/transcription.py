@@ -17,7 +17,7 @@ from fesd_robot.fesd.layout import layout_of
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.fesd.polishing.bounds import BoundsBuilder
 from fesd_robot.fesd.polishing.conditions import ElementConditions, conditions_of
-from fesd_robot.fesd.polishing.reading import GRAZING_FLIGHT, SHRUNK, drop_elements, out_of_elements, read_branch
+from fesd_robot.fesd.polishing.reading import COLLAPSED, GRAZING_FLIGHT, drop_elements, out_of_elements, read_branch
 from fesd_robot.fesd.polishing.rows import ElementRows
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.mpcc import BlockEquations, BranchBounds, Mpcc
@@ -47,7 +47,7 @@ class BranchTranscription:
     def problem(self) -> Mpcc:
         """The problem without pairs, and with a row for every quantity that needs one at every point."""
         full, own = self.transcription.problem, self.transcription
-        counts = [0, *own.intervals, *([ALONE] if own.apart else [])]
+        counts = [0, *own.intervals, *([ALONE] if own.element_blocks else [])]
         kinds = dict(enumerate(counts))
         blocks = [
             replace(block, equations=self._equations(block.equations, kinds.get(i)))
@@ -60,7 +60,7 @@ class BranchTranscription:
         if elements is None and equations.while_relaxed.is_zero() and equations.if_exploited.is_zero():
             return equations
         system, options = self.transcription.ocp.system, replace(self.transcription.options, elements=1)
-        return _branch_equations(equations, system, options, elements, self.transcription.apart)
+        return _branch_equations(equations, system, options, elements, self.transcription.element_blocks)
 
     @cached_property
     def row_patterns(self) -> list[np.ndarray]:
@@ -99,7 +99,7 @@ class BranchTranscription:
 
         A switch at such an element is one at the boundary of control intervals, where controls jump.
         """
-        return drop_elements(branch, self.transcription.unpack(w), self._equal_steps, SHRUNK) or branch
+        return drop_elements(branch, self.transcription.unpack(w), self._equal_steps, COLLAPSED) or branch
 
     def whole(self, point: NlpPoint) -> NlpPoint:
         """Return the point: the problem has all rows."""
@@ -168,7 +168,7 @@ def _branch_equations(
     system: ComplementaritySystem,
     options: FesdOptions,
     elements: int | None,
-    apart: bool,
+    element_blocks: bool,
 ) -> BlockEquations:
     """Return equations without pairs, with further rows that no branch holds yet; they are made once.
 
@@ -180,14 +180,14 @@ def _branch_equations(
         options: of the discretisation.
         elements: of the block's interval; 0 for the start, `ALONE` for a block that is one element, None for one
             without.
-        apart: whether elements have blocks of their own.
+        element_blocks: whether elements have blocks of their own.
     """
     if elements is None:
         return replace(equations, while_relaxed=ca.SX(0), if_exploited=ca.SX(0))
     rows, w, left = list[ca.SX](), equations.variables, system.state.numel() + system.algebraic.numel()
     if elements == 0:
         rows.append(conditions_of(system).rows(w[: system.state.numel()], w[system.state.numel() : left]))
-    if elements == ALONE or (elements and not apart):
+    if elements == ALONE or (elements and not element_blocks):
         layout = layout_of(system, options, abs(elements))
         parts = read_elements(layout, options.tableau, w[:left], w[left:])
         rows += [_element_rows(system, options).expressions(part) for part in parts]

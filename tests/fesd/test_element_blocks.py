@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesd_robot.fesd import Transcription, apart
+from fesd_robot.fesd import Transcription, element_blocks
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import formulate
@@ -17,10 +17,10 @@ TASKS = Path(__file__).parents[2] / "tasks"
 
 
 def _made(name: str, least: int, monkeypatch: pytest.MonkeyPatch) -> BranchTranscription:
-    monkeypatch.setattr(apart, "LARGE_INTERVALS", least)
+    monkeypatch.setattr(element_blocks, "LARGE_INTERVALS", least)
     motion = formulate(load_task(TASKS / f"{name}.yaml", ["method.grid=uniform", "horizon.intervals=4"]))
     made = BranchTranscription(Transcription(motion.ocp, motion.fesd))
-    assert made.transcription.apart == (least == 1)
+    assert made.transcription.element_blocks == (least == 1)
     return made
 
 
