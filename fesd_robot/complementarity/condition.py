@@ -62,17 +62,17 @@ class Complementarity:
         invariant: G is one of the states, and where it is zero and H is not, the other conditions keep it there: its
             rate vanishes. A smooth problem asks for it once, where H begins to be positive (index reduction).
         held_at: where within a finite element it is held.
-        initial_value_factor: within a finite element G at a point counts with this times G at the left boundary added: what an
-            element may or must do depends on how it begins. Only of a vanishing constraint without a complement whose
-            G is a function of the state.
-        vanish_together: algebraic variables that vanish wherever H does, by rows of the system: a smooth problem that holds
-            H at zero holds them there, too, and leaves those rows out.
-        vector_component: of the conditions of a contact with this H and a G of their own either all G are the active factor,
-            the parts of a vector that vanishes, or all H, or all complements.
-        implied_by: (kind, active factor) of other conditions of the contact that imply this one: where one of them has that
-            active factor, a smooth problem does not hold this one again.
-        rate_share: H is a share of the clock's rate: with those of the other conditions of its label's joint it adds up to
-            that rate, by a row of the system. Where a complement vanishes the clock stands still, and all shares
+        initial_value_factor: within a finite element this times G at the left boundary is added to G at a point, so
+            that the condition depends on how the element begins. Only of a vanishing constraint without a complement
+            whose G is a function of the state.
+        vanish_together: algebraic variables that vanish wherever H does, by rows of the system: a smooth problem that
+            holds H at zero holds them there, too, and leaves those rows out.
+        vector_component: G is a component of a vector: of the conditions of a contact with this H and a G of their own
+            either all G are the active factor, or all H, or all complements.
+        implied_by: (kind, active factor) of other conditions of the contact that imply this one: where one of them has
+            that active factor, a smooth problem does not hold this one again.
+        rate_share: H is a share of the clock's rate: with those of the other conditions of its label's joint it adds
+            up to that rate, by a row of the system. Where a complement vanishes the clock stands still, and all shares
             vanish whatever G is.
 
     Raises:
@@ -105,7 +105,8 @@ class Complementarity:
             raise ModelError(f"'{self.label}' has a complement, which only a vanishing constraint can have")
         if self.initial_value_factor and (not self.vanishing or self.complement is not None):
             raise ModelError(
-                f"'{self.label}' adds the initial value of G, which only a vanishing constraint without a complement can do"
+                f"'{self.label}' adds the initial value of G, which only a vanishing constraint without a complement "
+                "can do"
             )
         if self.rate_share and self.label.joint is None:
             raise ModelError(f"'{self.label}' is about a share of no joint, whose shares add up")

@@ -89,7 +89,7 @@ class ElementConditions:
         quantities: each once; two switching functions of opposite sign are one quantity.
         values: (x, z) -> all quantities.
         rows: (x, z) -> those that need a row, `row_count` of them.
-        with_initial_value: (quantity, e) of the conditions that recall their G, each once.
+        with_initial_value: (quantity, e) of the conditions that add their initial G, each once.
         jumps: conditions of the jump at the left boundary, if there may be one.
         jump_values: (x, y) -> the laws of its impulses, `laws` of them, and then every H of `jumps`.
     """
