@@ -179,7 +179,7 @@ class Progress:
     def _how_far(self) -> str:
         """Return the progress of the activity, as far as it is known."""
         if self._activity is Activity.CERTIFYING:
-            return f", {max(SearchEffort.certificate_seconds - (time.monotonic() - self._reached), 0.0):.0f} s at most"
+            return f", {max(SearchEffort.certificate_seconds - (time.monotonic() - self._since), 0.0):.0f} s at most"
         if self._done is None:
             return ""
         done, of = self._done

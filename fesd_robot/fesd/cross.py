@@ -62,7 +62,7 @@ def vanishing_pairs(
     ``stage_stage`` every stage's multiplier is a pair of its own. (A switching function can have any sign, so its
     values are never added up.) With ``plain`` a stage forbids its own multiplier only. A switching function that
     contains algebraic variables takes part at the stages only, or is crossed: g(x_k, z_j) for all points and stages.
-    One that recalls its value at the left boundary is g(x_k) + e g(x_0).
+    One that adds its value at the left boundary is g(x_k) + e g(x_0).
 
     Args:
         system: the dynamics.

@@ -66,7 +66,7 @@ class BoundsBuilder:
                     continue
                 elif member.condition.implied_by and factor is ActiveFactor.G:
                     self._hold_while_moving(e, i, before)
-                elif factor is ActiveFactor.G and self._conditions.recalls(i, factors):
+                elif factor is ActiveFactor.G and self._conditions.uses_initial_value(i, factors):
                     self._hold_since_left(e, member, left)
                 else:
                     self._hold(e, member, factor, left, None if before is None else before[i])

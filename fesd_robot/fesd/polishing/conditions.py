@@ -143,7 +143,7 @@ class ElementConditions:
         """
         return any(factors[k] is factor for k, factor in self._implying[i])
 
-    def recalls(self, i: int, factors: Sequence[ActiveFactor]) -> bool:
+    def uses_initial_value(self, i: int, factors: Sequence[ActiveFactor]) -> bool:
         """Return whether a condition of an element is about how the element begins: that of an impact with restitution.
 
         Where the clock of its contact runs the conditions without a memory hold G at zero from both sides, at the left

@@ -20,7 +20,7 @@ class ElementRows:
 
     - ``r(x_k, z_k)`` of every quantity at every point k = 1..n, in this order;
     - ``r(x_k, z_j)`` of those that keep their sign between all points k = 0..n, k != j, and stages j;
-    - ``r(x_k) + e r(x_0)`` of those that an impact with restitution recalls, at every point k = 1..n;
+    - ``r(x_k) + e r(x_0)`` of those to which an impact with restitution adds the left value, at every point k = 1..n;
     - ``sum_k l_k'(1) r(x_k, z_n)`` of those that are zero where a contact stops, whatever the algebraic variables are:
       their slope at the end, by the derivatives of the Lagrange basis. It takes the place of the value where the
       element ends with that: friction at the end of a slide is against the velocity just before it;

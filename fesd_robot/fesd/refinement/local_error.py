@@ -212,7 +212,7 @@ class _ModeEquations:
             if member.condition.held_at is HeldAt.LEFT_BOUNDARY and conditions.jumps:
                 continue
             if own is ActiveFactor.G and (
-                member.condition.held_at is HeldAt.RIGHT_BOUNDARY or conditions.recalls(i, factors)
+                member.condition.held_at is HeldAt.RIGHT_BOUNDARY or conditions.uses_initial_value(i, factors)
             ):
                 continue
             factor = ActiveFactor.H if frozen and member.condition.rate_share else own
