@@ -140,7 +140,7 @@ def test_a_switching_function_of_algebraic_variables_holds_at_the_stages(mode: C
 
 @pytest.mark.parametrize("mode", MODES)
 def test_a_condition_may_add_the_left_boundary(mode: CrossComplementarity) -> None:
-    """With an initial value factor e, G at a point is x_k + e x_0; at the right boundary only that of the last point."""
+    """With an initial value factor e, G at a point is x_k + e x_0; at the right boundary that of the last point."""
     x, z, alpha = ca.SX.sym("x"), ca.SX.sym("z"), ca.SX.sym("alpha")
     system = heaviside(Model(x), StepFunctions(alpha, x), alpha, lifted=[("multiplier", z, ca.SX(0))])
     points = [(ca.SX(value), ca.SX([0, 0, 0, 1.0])) for value in (-2.0, 0.5, 3.0)]
