@@ -107,7 +107,7 @@ def test_a_certificate_says_how_long_it_may_take() -> None:
     progress = Progress()
     progress.activity(Activity.CERTIFYING)
     assert f"certifying, {SearchEffort.certificate_seconds:.0f} s at most" in progress.line()
-    progress._reached -= SearchEffort.certificate_seconds - 1
+    progress._since -= SearchEffort.certificate_seconds - 1
     assert "certifying, 1 s at most" in progress.line()
 
 
