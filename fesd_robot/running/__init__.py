@@ -38,13 +38,13 @@ else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
+            "fesd_robot.running.activities": ["Activity", "ActivityCallback", "ProgressCallback"],
             "fesd_robot.running.background": ["InBackground", "in_other_process"],
             "fesd_robot.running.deadline": ["Deadline"],
             "fesd_robot.running.effort": ["EffortLevel", "SearchEffort"],
             "fesd_robot.running.kept": ["Identity", "Kept", "kept_with_first"],
             "fesd_robot.running.lookahead": ["Lookahead"],
             "fesd_robot.running.processes": ["Cores", "cores_for"],
-            "fesd_robot.running.activities": ["ProgressCallback", "ActivityCallback", "Activity"],
             "fesd_robot.running.stop": ["Stop", "stop_requested"],
         },
     )

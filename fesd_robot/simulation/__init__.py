@@ -25,7 +25,7 @@ else:
         __name__,
         {
             "fesd_robot.simulation.dispatch": ["simulate"],
-            "fesd_robot.simulation.drive": ["SimulatedMotion", "Hit", "Piece"],
+            "fesd_robot.simulation.drive": ["Hit", "Piece", "SimulatedMotion"],
             "fesd_robot.simulation.schedule": ["ControlSchedule"],
             "fesd_robot.simulation.of_robot": ["simulate_robot"],
         },
