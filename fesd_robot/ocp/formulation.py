@@ -51,8 +51,8 @@ class MotionProblem:
     Attributes:
         setup: what was decided once.
         parts: what costs, constraints and bounds were built from.
-        task: completed: with the configurations that its postures and `stand_on` give, the tolerances of what its goal
-            promises, and the weights that it leaves out.
+        task: completed: with the configurations that its postures and `stand_on` give, the tolerances of a hard
+            goal, and the weights that it leaves out.
         default_costs: keys of `costs` whose weights it left out.
         scales: units of the robot, in which these count.
     """

@@ -102,7 +102,7 @@ class Guess:
                 self._mode(contact, touch, slide, velocity)
                 for contact, touch, slide, velocity in zip(self.motion.contacts, touches, slid, along, strict=True)
             )
-            phases.append(Phase((*modes, *(self._rubbing(name, x) for name in joints)), length))
+            phases.append(Phase((*modes, *(self._friction_mode(name, x) for name in joints)), length))
         return Sequence((*names, *joints), joined(phases))
 
     def _mode(self, contact: Contact, touches: bool, slides: bool, velocity: np.ndarray) -> ContactMode:
@@ -116,7 +116,7 @@ class Guess:
             return ContactMode.SLIP
         return ContactMode.SLIP_FORWARDS if velocity[0] > 0 else ContactMode.SLIP_BACKWARDS
 
-    def _rubbing(self, name: str, x: np.ndarray) -> ContactMode:
+    def _friction_mode(self, name: str, x: np.ndarray) -> ContactMode:
         at = len(self.motion.robot.configuration_names) + list(self.motion.robot.velocity_names).index(name)
         if abs(x[at]) < MOVING:
             return ContactMode.STICK

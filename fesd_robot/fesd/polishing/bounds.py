@@ -32,7 +32,7 @@ class BoundsBuilder:
         self._problem = branch_transcription.problem
         self._equally_long, self._resting_ends = branch_transcription.equally_long, branch_transcription.resting_ends
         self._rows = branch_transcription.element_rows
-        self._idle_rows = self._conditions.have_companions or bool(self._conditions.jumps)
+        self._idle_rows = self._conditions.vanish_together or bool(self._conditions.jumps)
         self._patterns = branch_transcription.row_patterns if self._idle_rows else []
         self._stages = transcription.options.tableau.stages
         self._start_state = transcription.ocp.initial_lower

@@ -130,7 +130,7 @@ class ElementConditions:
         return groups
 
     @cached_property
-    def have_companions(self) -> bool:
+    def vanish_together(self) -> bool:
         """Whether variables vanish with the H of others."""
         return any(member.condition.vanish_together for member in self.members)
 
