@@ -1,4 +1,4 @@
-"""Orientations of a free root in a task: how they are written, promised, weighed and referred to."""
+"""Orientations of a free root in a task: how they are written, constrained, weighed and referred to."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ CLOCK = "clock"
 
 @dataclass(frozen=True)
 class KnownTrajectory:
-    """A trajectory whose branch is known, of whatever transcription.
+    """A trajectory whose branch is known, of any transcription.
 
     Attributes:
         elements: in time order.
