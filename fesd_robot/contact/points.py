@@ -96,7 +96,7 @@ def check_planar(ground: Surface, name: str) -> None:
 
 
 def surface_at(ground: Surface, position: ca.SX) -> tuple[ca.SX, ca.SX, list[ca.SX]]:
-    """Return gap, gradient (3) and both tangents (3) of a surface at a position, what they share computed once."""
+    """Return gap, gradient (3) and both tangents (3) of a surface at a position, shared expressions computed once."""
     _, *tangents = ground.axes(position)
     found = [ground.distance(position), ground.normal(position), *tangents]
     varying = [k for k, each in enumerate(found) if not isinstance(each, np.ndarray)]

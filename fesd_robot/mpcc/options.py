@@ -30,7 +30,7 @@ class HomotopyOptions:
             there is a C compiler.
         feasibility: largest constraint violation of a solved problem; IPOPT is asked for a tenth of it at the end.
         ipopt: further IPOPT options, by IPOPT's names.
-        branch_solver: what solves branch NLPs, one of `nlp.SOLVERS`.
+        branch_solver: solver of branch NLPs, one of `nlp.SOLVERS`.
         relaxation: name of what stands for a pair, from `relaxations.RELAXATIONS`.
         steering: what drives sigma to zero: ``direct`` this homotopy, ``l1``, ``linf`` a penalty rho = 1/sigma on slack
             variables in its place, which are at most sigma_start; they end as soon as an NLP's products are zero.

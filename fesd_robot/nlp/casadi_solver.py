@@ -32,19 +32,19 @@ class IterationCallback(ca.Callback):
         self.construct("iteration", {})
 
     def get_n_in(self) -> int:
-        """CasADi: number of inputs."""
+        """Return the number of inputs, for CasADi."""
         return ca.nlpsol_n_out()
 
     def get_n_out(self) -> int:
-        """CasADi: number of outputs."""
+        """Return the number of outputs, for CasADi."""
         return 1
 
     def get_sparsity_in(self, index: int) -> ca.Sparsity:
-        """CasADi: input shapes."""
+        """Return the shape of an input, for CasADi."""
         return ca.Sparsity.dense(self._shapes[ca.nlpsol_out(index)], 1)
 
     def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
-        """CasADi: one iteration."""
+        """Look at one iteration, for CasADi."""
         return [int(self.ends is not None and self.ends(arguments[:5]))]
 
 

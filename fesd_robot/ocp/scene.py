@@ -38,7 +38,7 @@ from fesd_robot.task import (
 
 
 def surfaces_of(task: Task) -> dict[str, Surface]:
-    """Return every surface by name: the ground, the walls, and what else there is to touch.
+    """Return every surface by name: the ground, the walls, the boxes and cylinders.
 
     Raises:
         TaskError: the ground cannot be built, see `ground_of`.

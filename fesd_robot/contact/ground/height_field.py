@@ -158,11 +158,11 @@ class HeightField:
         return raised_field(self, radius)
 
     def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Height at many places, m."""
+        """Return the heights at many places, m."""
         return np.asarray(self.derivatives(x, y).h)
 
     def bends(self, low: float, high: float) -> np.ndarray:
-        """Several x of every piece, m, increasing."""
+        """Return several x of every piece, m, increasing."""
         x = self.sampled_places[0]
         return x[(low < x) & (x < high)]
 

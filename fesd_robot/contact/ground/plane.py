@@ -55,16 +55,16 @@ class TiltedPlane(HalfSpace):
     """A plane that faces upwards, and is the ground."""
 
     def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Height at many places, m."""
+        """Return the heights at many places, m."""
         n_x, n_y, n_z = self.facing
         return np.asarray((self.offset - n_x * x - n_y * y) / n_z)
 
     def bends(self, low: float, high: float) -> np.ndarray:
-        """None: it is straight."""
+        """Return no x: it is straight."""
         return np.empty(0)
 
     def heights_in_words(self) -> str:
-        """Nothing: its section gives height and slopes."""
+        """Return an empty string: its section gives height and slopes."""
         return ""
 
 
@@ -128,13 +128,13 @@ class Plane:
         return Plane(self.height + radius / math.cos(self.slope), self.slope)
 
     def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Height at many places, m."""
+        """Return the heights at many places, m."""
         return np.asarray(self.height + math.tan(self.slope) * x)
 
     def bends(self, low: float, high: float) -> np.ndarray:
-        """None: it is straight."""
+        """Return no x: it is straight."""
         return np.empty(0)
 
     def heights_in_words(self) -> str:
-        """Nothing: its section gives height and slope."""
+        """Return an empty string: its section gives height and slope."""
         return ""

@@ -58,7 +58,7 @@ class Surface(Protocol):
         ...
 
     def raised(self, radius: float) -> Surface:
-        """The surface on which the centre of a circle or ball of this radius, m, lies while it touches.
+        """Return the surface on which the centre of a circle or ball of this radius, m, lies while it touches.
 
         Raises:
             GroundError: it would touch at two points at once.

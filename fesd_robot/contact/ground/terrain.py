@@ -75,11 +75,11 @@ class Terrain:
         return Terrain(offset_profile(self.profile, radius))
 
     def heights(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Height at many places, m."""
+        """Return the heights at many places, m."""
         return np.asarray(self.profile.derivatives(x)[0])
 
     def bends(self, low: float, high: float) -> np.ndarray:
-        """Many x of every piece, m, increasing."""
+        """Return many x of every piece, m, increasing."""
         x = np.unique(self.profile.sampled(0)[0])
         return x[(low < x) & (x < high)]
 
