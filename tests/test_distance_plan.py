@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from fesd_robot.ocp import load_task_robot
 from fesd_robot.planning.planner import plan
+from fesd_robot.plans import resampled
 from fesd_robot.plans.body_distances import BodyDistances
 from fesd_robot.plans.overlaps import LEAST_DEPTH
 from fesd_robot.plans.report_text import report
@@ -64,8 +65,9 @@ def test_an_arm_swings_past_a_stone(tmp_path: Path) -> None:
     found = plan(load_task(tmp_path / "arm.yaml", ["method.grid=uniform"]))
     assert found.status.solved, found.status.message
     assert found.audit.max_constraint_violation is not None and found.audit.max_constraint_violation <= 1e-6
-    samples = np.column_stack([found.trajectory.configuration[name] for name in robot.configuration_names])
-    assert -1e-6 <= min(measure.least(q) for q in samples) - stone.minimum <= 1e-3  # nearest between samples
+    configuration = resampled(found, 1000).trajectory.configuration
+    samples = np.column_stack([configuration[name] for name in robot.configuration_names])
+    assert -1e-6 <= min(measure.least(q) for q in samples) - stone.minimum <= 1e-3
     hook = robot.frame_id("hook")
     deepest = max(0.25 + 0.05 - _height(robot, hook, q) for q in samples)
     (warning,) = found.warnings

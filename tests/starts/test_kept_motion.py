@@ -98,6 +98,9 @@ def test_other_numbers_make_no_function(motion: MotionProblem, jump: Plan, chang
     task formulated anew."""
     run, own = Run(homotopy_options(motion.task)), kept(motion, jump)
     assert own.solved(run, NEAR) is not None
+    for compiling in compiler._BACKGROUND._begun.values():
+        compiling.join()
+    assert own.solved(run, NEAR) is not None, "now with machine code"
     task = load_task(TASK, [*QUICK, change])
     with nothing_made() as made:
         moved = motion.with_numbers_of(task)
