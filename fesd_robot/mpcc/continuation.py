@@ -174,18 +174,8 @@ class BranchSolver:
             earlier: the solution that it continues; its NLPs are listed first in the result.
             seconds: that it took.
         """
-        return replace(
-            earlier,
-            w=end.w,
-            residuals=end.residuals,
-            feasible=True,
-            solved=True,
-            branch=end.branch,
-            status=end.status,
-            point=end.point,
-            reports=[*earlier.reports, *self.reports],
-            solve_seconds=earlier.solve_seconds + seconds,
-        )
+        own = end.as_solution([*earlier.reports, *self.reports], earlier.solve_seconds + seconds)
+        return replace(own, build_seconds=earlier.build_seconds)
 
     @property
     def _own_run(self) -> Run:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -13,6 +12,7 @@ from scipy import sparse
 from fesd_robot.complementarity import Label
 from fesd_robot.errors import DimensionError, SolverError
 from fesd_robot.mpcc.problem import Block, BlockEquations, Mpcc
+from fesd_robot.running import kept_with_first
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ def _block(
     return float(arrays[0].sum()), arrays[1].ravel(order="F"), sides
 
 
-@lru_cache(maxsize=64)
+@kept_with_first
 def _first_order(equations: BlockEquations) -> tuple[ca.Function, list[tuple[np.ndarray, np.ndarray]]]:
     """Return (w, p) -> f, its gradient, g, G, H and nonzeros of their Jacobians, and where these nonzeros are."""
     local = ca.SX.sym("w", equations.function.sparsity_in(0))

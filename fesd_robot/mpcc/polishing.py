@@ -17,15 +17,25 @@ from fesd_robot.mpcc.relaxations import relaxation_named
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
 from fesd_robot.mpcc.solution import MpccSolution
-from fesd_robot.nlp import AT, Hopeless, NlpNumbers, NlpPoint, NlpSettings, NlpStatus, ReducedNlp, Start, prepared
+from fesd_robot.nlp import (
+    AT,
+    AT_REST,
+    Hopeless,
+    NlpNumbers,
+    NlpPoint,
+    NlpSettings,
+    NlpStatus,
+    ReducedNlp,
+    Start,
+    prepared,
+)
 from fesd_robot.running import Kept
 
 NEARLY_FEASIBLE = 1e-4
 """Constraint violation below which a branch NLP that ran out of iterations is continued on the same branch."""
 
-CONTINUED, AT_REST = Start(1e-9, 1e-9, multipliers=True), 3
-"""Start of a branch NLP that ran out of iterations and goes on, with its multipliers, where it was, and iterations at
-rest after which it ends then; whole steps that have not converged by then go away from there."""
+CONTINUED = Start(1e-9, 1e-9, multipliers=True)
+"""Start of a branch NLP that ran out of iterations and goes on, with its multipliers, where it was."""
 
 BRANCH = NlpSettings(AT, tolerance=1e-9, violation=1e-12)
 """How a branch NLP is solved where nothing else is said."""

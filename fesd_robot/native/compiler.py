@@ -259,7 +259,8 @@ class _Background:
             for command in commands:
                 started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True))
                 self._running.add(started[-1])
-            return [(one.wait(), errors) for one in started for _, errors in [one.communicate(timeout=TIME_LIMIT)]]
+            errors = [one.communicate(timeout=TIME_LIMIT)[1] for one in started]
+            return [(one.returncode, words) for one, words in zip(started, errors, strict=True)]
         finally:
             for one in started:
                 if one.poll() is None:

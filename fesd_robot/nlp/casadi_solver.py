@@ -87,14 +87,7 @@ class CasadiSolver:
         stop: Stop | None = None,
         hopeless: Hopeless | None = None,
     ) -> NlpResult:
-        """Return where the solver ends.
-
-        Args:
-            numbers: bounds and parameters.
-            start: initial point; its multipliers are used if the settings' start says so.
-            seconds: of the time limit, None for none.
-            stop: called with (iteration, objective); True ends the solve.
-            hopeless: called with every iterate; True ends the solve as if it had no iterations left.
+        """Return where the solver ends, as `solvers.Prepared` says.
 
         Raises:
             SolverError: it could not be started.

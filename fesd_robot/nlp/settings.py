@@ -34,6 +34,10 @@ FREE = Start(1e-1, 1e-2)
 """The point is a guess."""
 
 
+AT_REST = 3
+"""Iterations at rest after which an NLP that goes on ends; whole steps that have not converged by then go away."""
+
+
 @dataclass(frozen=True)
 class NlpSettings:
     """How a nonlinear program is solved.

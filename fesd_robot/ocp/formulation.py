@@ -40,7 +40,7 @@ from fesd_robot.task import COST_TERMS, GROUND, KeyPath, Task
 AUTOMATIC_AUXILIARY_FORCE = 10.0
 """Automatic a_n in units of the robot's weight: a resting contact then slows the clock by a tenth."""
 
-NUMBERS = ("initial", "goal", "waypoints", "reference", "costs", "solver", "description")
+NUMBERS = ("initial", "goal", "waypoints", "reference", "costs", "solver")
 """Sections of a task whose numbers may be others in the same equations."""
 
 
@@ -62,20 +62,68 @@ class MotionProblem:
     task: Task
     default_costs: tuple[str, ...]
     scales: RobotScales
-    robot: Robot
-    scene: Scene
-    dynamics: MultibodyDynamics
-    actuation: Actuation
-    contacts: Sequence[Contact]
-    contact_system: ContactSystem
-    auxiliary_force: float
-    endpoints: Endpoints
-    limits: StateLimits
-    reference: ReferenceMotion
-    reference_spline: ReferenceSpline
-    grid: TimeGrid
     ocp: OptimalControlProblem
     fesd: FesdOptions
+
+    @property
+    def robot(self) -> Robot:
+        """With frames at its contacts."""
+        return self.setup.robot
+
+    @property
+    def scene(self) -> Scene:
+        """Ground, walls and the shapes that touch."""
+        return self.setup.scene
+
+    @property
+    def dynamics(self) -> MultibodyDynamics:
+        """Of the robot, as expressions."""
+        return self.parts.dynamics
+
+    @property
+    def actuation(self) -> Actuation:
+        """The controls."""
+        return self.parts.actuation
+
+    @property
+    def contacts(self) -> Sequence[Contact]:
+        """As expressions, closed where they are at the start."""
+        return self.parts.contacts
+
+    @property
+    def contact_system(self) -> ContactSystem:
+        """The complementarity system."""
+        return self.parts.contact_system
+
+    @property
+    def auxiliary_force(self) -> float:
+        """a_n, N."""
+        return self.parts.auxiliary_force
+
+    @property
+    def endpoints(self) -> Endpoints:
+        """Start and goal."""
+        return self.parts.endpoints
+
+    @property
+    def limits(self) -> StateLimits:
+        """Of positions and velocities."""
+        return self.parts.limits
+
+    @property
+    def reference(self) -> ReferenceMotion:
+        """The motion that the costs compare with."""
+        return self.parts.reference
+
+    @property
+    def reference_spline(self) -> ReferenceSpline:
+        """The reference as a function of time."""
+        return self.parts.reference_spline
+
+    @property
+    def grid(self) -> TimeGrid:
+        """The control intervals in time."""
+        return self.parts.grid
 
     @property
     def in_space(self) -> bool:
@@ -98,7 +146,7 @@ class MotionProblem:
         setup, robot, limits, parts = self.setup, self.robot, self.limits, self.parts
         _check_same_equations(setup.asked, task)
         asked = with_names_of_places(task, names_of_places(setup.asked, setup.task))
-        task = self.task.model_copy(update={key: getattr(asked, key) for key in NUMBERS if key != "description"})
+        task = self.task.model_copy(update={key: getattr(asked, key) for key in NUMBERS})
         task = with_configurations(task, robot, setup.contacts, self.dynamics.configuration)
         task = with_default_costs(with_default_tolerances(task, robot, limits), robot, self.actuation, self.scales)
         endpoints = endpoints_of(task, robot)
@@ -128,9 +176,7 @@ class MotionProblem:
         ]  # fmt: skip
         check_targets(parts, constraints)
         ocp = replace(self.ocp, constraints=constraints, **ocp_numbers(parts))
-        return replace(
-            self, parts=parts, task=task, endpoints=endpoints, reference=reference, reference_spline=spline, ocp=ocp
-        )
+        return replace(self, parts=parts, task=task, ocp=ocp)
 
 
 def _check_same_equations(asked: Task, other: Task) -> None:
@@ -162,7 +208,7 @@ def _without_numbers(sections: Mapping[str, Any]) -> Any:
             return {key: masked(one, within if within in VALUES else key) for key, one in value.items()}
         if isinstance(value, list | tuple):
             return [masked(one, within) for one in value]
-        return None if within in VALUES and isinstance(value, float | int) and value is not None else value
+        return None if within in VALUES and isinstance(value, float | int) else value
 
     plain = {key: _plain(section) for key, section in sections.items()}
     return masked(plain, "")
@@ -258,18 +304,6 @@ def formulate(task: Task, *, driven: bool = True, steps: StepOptions = StepOptio
         task=task,
         default_costs=default_costs,
         scales=scales,
-        robot=robot,
-        scene=setup.scene,
-        dynamics=dynamics,
-        actuation=actuation,
-        contacts=contacts,
-        contact_system=contact_system,
-        auxiliary_force=auxiliary_force,
-        endpoints=endpoints,
-        limits=limits,
-        reference=reference,
-        reference_spline=parts.reference_spline,
-        grid=grid,
         ocp=ocp,
         fesd=FesdOptions(
             tableau=make_tableau(task.method.scheme, task.method.stages),

@@ -19,7 +19,7 @@ from fesd_robot.mpcc import (
     PolishingReport,
     Run,
 )
-from fesd_robot.nlp import AT, FREE, NEAR, Hopeless, Iterate, NlpSettings, Start
+from fesd_robot.nlp import AT, AT_REST, FREE, NEAR, Hopeless, Iterate, NlpSettings, Start
 from fesd_robot.ocp import AUTOMATIC_AUXILIARY_FORCE, MotionProblem
 from fesd_robot.phases.discretised import Discretised, discretised
 from fesd_robot.phases.reading import sequence_of
@@ -29,7 +29,7 @@ from fesd_robot.phases.start import start_along
 FIXED = NlpSettings(FREE, tolerance=1e-2, violation=1e-5)
 """How an NLP is solved with the durations of the guess, from a point that is no motion: its end is a start, no more."""
 
-NEARLY_FIXED = replace(FIXED, start=NEAR, regularised=True, at_rest=3)
+NEARLY_FIXED = replace(FIXED, start=NEAR, regularised=True, at_rest=AT_REST)
 """How it goes on where iterations were missing only: how many it takes may double with the last bit of a derivative."""
 
 ROUGH_VIOLATION = 1e-2
@@ -68,7 +68,7 @@ durations have moved, or a phase or an impact is left out."""
 SETTLED = replace(BRANCH, start=AT)
 """How an NLP is solved for the last digits."""
 
-GOING_ON = replace(AGAIN, regularised=True, at_rest=3)
+GOING_ON = replace(AGAIN, regularised=True, at_rest=AT_REST)
 """How it is where an NLP is at its point and does not end."""
 
 KEPT_GRIDS = 6
