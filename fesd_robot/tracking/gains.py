@@ -1,0 +1,249 @@
+"""Gains that hold a robot to its plan: time-varying LQR, or proportional and derivative ones of its joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm
+
+from fesd_robot.errors import OptionError, PlanFileError
+from fesd_robot.ocp import MotionProblem, formulate
+from fesd_robot.plans import Plan, task_of
+from fesd_robot.tracking.mode_dynamics import ModeDynamics
+from fesd_robot.tracking.pieces import Piece, States, pieces_of
+from fesd_robot.tracking.weights import TrackingWeights
+
+PERIOD = 2e-3
+"""Longest step between two gains, s."""
+
+STIFFNESS, DAMPING = 0.5, 0.03
+"""Of a proportional and derivative controller: rad or m of departure at which a motor gives all it can, and the time,
+s, by which its damping follows from its stiffness."""
+
+
+@dataclass(frozen=True)
+class ReferenceSegment:
+    """A plan with gains between two landings, at n instants; the control and the gain hold until the next one.
+
+        u = control - gain e,   e = (q (-) configuration, v - velocity)
+
+    Attributes:
+        states: the plan; both sides of its controls' jumps are apart by nothing.
+        gain: K, (n, n_u, 2 n_v); displacements before velocities.
+        landed: contacts that land at its beginning, flying before; empty for the first one.
+    """
+
+    states: States
+    gain: np.ndarray
+    landed: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class TrackingGains:
+    """Feedback gains along a plan.
+
+    Attributes:
+        name: of the plan.
+        kind: ``lqr``, ``pd`` or ``open-loop``.
+        segments: from landing to landing.
+        configuration_names, velocity_names, control_names, contact_names: the order of entries.
+        control_units: ``N`` or ``N m``, one a control; an entry of the gain is in this per m, rad, m/s or rad/s.
+        velocity_units: ``m/s`` or ``rad/s``, one a velocity coordinate.
+        lower, upper: limits of controls, N or N m, (n_u).
+    """
+
+    name: str
+    kind: str
+    segments: Sequence[ReferenceSegment]
+    configuration_names: Sequence[str]
+    velocity_names: Sequence[str]
+    control_names: Sequence[str]
+    contact_names: Sequence[str]
+    control_units: Sequence[str]
+    velocity_units: Sequence[str]
+    lower: np.ndarray
+    upper: np.ndarray
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time, s."""
+        return float(self.segments[0].states.time[0]), float(self.segments[-1].states.time[-1])
+
+
+def tracking_gains(
+    plan: Plan,
+    weights: TrackingWeights | None = None,
+    *,
+    period: float = PERIOD,
+    motion: MotionProblem | None = None,
+) -> TrackingGains:
+    """Return the gains of a time-varying linear-quadratic regulator along a plan.
+
+    The modes of contacts are those of the plan. With the linearised motion `ModeDynamics` of every step, discretised
+    exactly for values that hold over it, e+ = A e + B u, and of every impact, e+ = S e,
+
+        P = Q h + A^T (P+ - P+ B (R h + B^T P+ B)^-1 B^T P+) A,   K = (R h + B^T P+ B)^-1 B^T P+ A,   P = S^T P+ S,
+
+    from P = Q T at the end. Impacts stay where they are in time: the reference of `Tracker` follows the landings.
+
+    Args:
+        plan: exact, with its finite elements.
+        weights: Q, R and T; default: `TrackingWeights()`.
+        period: longest step h, s.
+        motion: the task of the plan, formulated; default: it is formulated.
+
+    Raises:
+        PlanFileError: a plan that is not solved or has no finite elements.
+        TaskError: the model of the robot cannot be read any more.
+        OptionError: weights of unknown names, or a period that is not positive.
+
+    Source: Saccon, van de Wouw, Nijmeijer, Sensitivity analysis of hybrid systems with state jumps, 2014.
+    """
+    motion, weights = _checked(plan, period, motion), weights or TrackingWeights()
+    state, control = weights.of_state(motion), weights.of_control(motion)
+    pieces, dynamics = list(pieces_of(plan, motion, period)), ModeDynamics(motion)
+    cost = np.diag(state * weights.end)
+    gains: list[np.ndarray] = []
+    for piece in reversed(pieces):
+        cost, own = _backwards(piece, dynamics, state, control, cost)
+        gains.append(own)
+    return _gains(plan, motion, "lqr", pieces, gains[::-1])
+
+
+def proportional_gains(
+    plan: Plan,
+    stiffness: Mapping[str, float] | None = None,
+    damping: Mapping[str, float] | None = None,
+    *,
+    period: float = PERIOD,
+    motion: MotionProblem | None = None,
+) -> TrackingGains:
+    """Return gains of proportional and derivative controllers, one at every joint with a motor to itself.
+
+    Args:
+        plan: exact, with its finite elements.
+        stiffness: name of a control -> N m/rad or N/m; default: half the width of its limits at 0.5 rad or m.
+        damping: name of a control -> N m s/rad or N s/m; default: 0.03 s of its stiffness.
+        period: longest step of the reference, s.
+        motion: the task of the plan, formulated; default: it is formulated.
+
+    Raises:
+        PlanFileError, TaskError: as `tracking_gains`.
+        OptionError: gains of unknown names, or negative ones.
+    """
+    motion = _checked(plan, period, motion)
+    drive, n_v = motion.actuation, len(motion.robot.velocity_names)
+    matrix = drive.numeric(motion.robot.neutral)
+    rows = [np.flatnonzero(column) for column in matrix.T]
+    single = {name: row[0] for name, row in zip(drive.names, rows, strict=True) if len(row) == 1}
+    gain = np.zeros((len(drive.names), 2 * n_v))
+    for own, key in ((stiffness or {}, "stiffness"), (damping or {}, "damping")):
+        for name, value in own.items():
+            if name not in single:
+                raise OptionError(f"{key}: found '{name}', expected a control of one joint, one of {', '.join(single)}")
+            if not value >= 0:
+                raise OptionError(f"{key}['{name}']: found {value!r}, expected a number that is not negative")
+    for k, (name, width) in enumerate(zip(drive.names, (drive.upper - drive.lower) / 2, strict=True)):
+        if name not in single:
+            continue
+        stiff = (stiffness or {}).get(name, width / STIFFNESS)
+        sign = np.sign(matrix[single[name], k])
+        gain[k, single[name]] = sign * stiff
+        gain[k, n_v + single[name]] = sign * (damping or {}).get(name, DAMPING * stiff)
+    return _constant(plan, motion, "pd", period, gain)
+
+
+def feed_forward(plan: Plan, *, period: float = PERIOD, motion: MotionProblem | None = None) -> TrackingGains:
+    """Return the plan's controls without any gain.
+
+    Args:
+        plan, period, motion: as `tracking_gains`.
+
+    Raises:
+        PlanFileError, TaskError: as there.
+    """
+    motion = _checked(plan, period, motion)
+    gain = np.zeros((len(motion.actuation.names), 2 * len(motion.robot.velocity_names)))
+    return _constant(plan, motion, "open-loop", period, gain)
+
+
+def _checked(plan: Plan, period: float, motion: MotionProblem | None) -> MotionProblem:
+    if not period > 0:
+        raise OptionError(f"period: found {period!r} s, expected a number greater than 0")
+    if not plan.status.solved:
+        raise PlanFileError(f"{plan.name}: found a plan that is not solved, expected one that can be followed")
+    return formulate(task_of(plan), driven=False) if motion is None else motion
+
+
+def _constant(plan: Plan, motion: MotionProblem, kind: str, period: float, gain: np.ndarray) -> TrackingGains:
+    pieces = list(pieces_of(plan, motion, period))
+    return _gains(plan, motion, kind, pieces, [np.repeat(gain[None], len(each.middles.time), 0) for each in pieces])
+
+
+def _backwards(
+    piece: Piece, dynamics: ModeDynamics, state: np.ndarray, control: np.ndarray, cost: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cost matrix at the beginning of a piece from that behind its impact, and its gains, (n, n_u, 2 n_v)."""
+    if piece.impact is not None:
+        end = piece.nodes.configuration[-1]
+        jump = dynamics.across(piece.impact.modes, end, piece.impact.before, piece.impact.after, piece.impact.impulse)
+        cost = jump.T @ cost @ jump
+    middles = piece.middles
+    linear = dynamics.along(
+        piece.modes, middles.configuration, middles.velocity, middles.control, piece.acceleration, piece.force
+    )
+    steps, n_u = len(middles.time), len(control)
+    size = linear.state.shape[1] + n_u
+    rates = np.zeros((steps, size, size))
+    rates[:, : size - n_u, : size - n_u], rates[:, : size - n_u, size - n_u :] = linear.state, linear.control
+    through = expm(rates * piece.step)[:, : size - n_u]
+    gains = np.zeros((steps, n_u, size - n_u))
+    for k in reversed(range(steps)):
+        A, B = through[k, :, : size - n_u], through[k, :, size - n_u :]
+        gains[k] = np.linalg.solve(np.diag(control * piece.step) + B.T @ cost @ B, B.T @ cost @ A)
+        cost = np.diag(state * piece.step) + A.T @ cost @ (A - B @ gains[k])
+        cost = (cost + cost.T) / 2
+    return cost, gains
+
+
+def _gains(
+    plan: Plan, motion: MotionProblem, kind: str, pieces: Sequence[Piece], gains: Sequence[np.ndarray]
+) -> TrackingGains:
+    segments, own, landed = list[ReferenceSegment](), list[tuple[States, np.ndarray]](), ()
+    for piece, gain in zip(pieces, gains, strict=True):
+        own.append((piece.nodes, np.concatenate([gain, gain[-1:]])))
+        if piece.impact is not None and piece.impact.landed:
+            segments.append(_segment(own, landed))
+            own, landed = [], piece.impact.landed
+    if own:
+        segments.append(_segment(own, landed))
+    robot, drive = motion.robot, motion.actuation
+    return TrackingGains(
+        plan.name,
+        kind,
+        tuple(segments),
+        tuple(robot.configuration_names),
+        tuple(robot.velocity_names),
+        tuple(drive.names),
+        tuple(contact.name for contact in motion.contacts),
+        tuple(drive.units),
+        tuple(plan.units.velocity[name] for name in robot.velocity_names),
+        drive.lower,
+        drive.upper,
+    )
+
+
+def _segment(parts: Sequence[tuple[States, np.ndarray]], landed: tuple[str, ...]) -> ReferenceSegment:
+    """Return pieces one after the other; where one ends and the next begins, the next one's control and gain count."""
+    def joined(arrays: Sequence[np.ndarray]) -> np.ndarray:
+        return np.concatenate([*(each[:-1] for each in arrays[:-1]), arrays[-1]])
+
+    states = States(
+        joined([states.time for states, _ in parts]),
+        joined([states.configuration for states, _ in parts]),
+        joined([states.velocity for states, _ in parts]),
+        joined([states.control for states, _ in parts]),
+    )
+    return ReferenceSegment(states, joined([gain for _, gain in parts]), landed)
