@@ -195,6 +195,12 @@ def exported(
         FesdRobotError: the plan cannot be written in this format, or not at this rate.
     """
     chosen = export_format(kind, joints)
+    if chosen.gains:
+        from fesd_robot.tracking import with_gains  # formulating is slow
+
+        if rate is not None:
+            raise PlanFileError(f"found a rate for format '{kind}', expected none: gains have steps of their own")
+        return export(with_gains(plan), chosen.name, suffix=suffix)
     if rate is not None or chosen.model:
         plan, motion = _on_model(plan, rate, chosen.model)
         return export(plan, chosen.name, joints=joints, suffix=suffix, motion=motion)
@@ -243,8 +249,8 @@ def export_plan(
         plan: from `plan` or `read_plan`.
         file: where to write.
         kind: name of a format, a key of `plans.EXPORTS`, whose values say what each holds: ``csv``, ``npz``, ``json``,
-            ``joint-trajectory``, ``parquet``, ``mcap``, ``mujoco``, ``drake`` or ``pinocchio``. Default: the first one
-            for the ending of the file.
+            ``joint-trajectory``, ``parquet``, ``mcap``, ``mujoco``, ``drake``, ``pinocchio`` or ``gains``. Default: the
+            first one for the ending of the file.
         joints: names of the joints, for a format that lets one choose; default: all it can hold.
         rate: samples a second, Hz, from the polynomials of the finite elements; impacts have two samples, and the end
             has one. Default: the samples of the plan, the stages of its elements.

@@ -53,11 +53,12 @@ BELOW: dict[str, set[str]] = {
         "complementarity", "contact", "dcs", "fesd", "mpcc", "nlp", "ocp", "plans", "recovery", "refinement", "replay",
         "simulation", "task",
     },
+    "tracking": {"contact", "ocp", "plans", "robot"},
     "planning": {
         "complementarity", "fesd", "mpcc", "native", "nlp", "ocp", "phases", "plans", "refinement", "running", "starts",
-        "task",
+        "task", "tracking",
     },
-    "actions": {"explanation", "fesd", "ocp", "phases", "plans", "recovery", "render", "robot", "task"},
+    "actions": {"explanation", "fesd", "ocp", "phases", "plans", "recovery", "render", "robot", "task", "tracking"},
     "cli": {
         "actions", "examples", "explanation", "first_task", "mpcc", "ocp", "planning", "plans", "render", "robot",
         "running", "simulation", "task",

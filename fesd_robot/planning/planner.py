@@ -46,6 +46,7 @@ from fesd_robot.running import (
 )
 from fesd_robot.starts import finite_elements_of
 from fesd_robot.task import Jumps, Task
+from fesd_robot.tracking import with_gains
 
 logger = logging.getLogger(__name__)
 
@@ -88,8 +89,7 @@ def plan(
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
-    run, attempts = _run_of(task, stop, progress), list[AttemptedPlan]()
-    deadline = run.deadline
+    run = _run_of(task, stop, progress)
     tried = partial(
         attempt,
         hard_goal=not task.goal.soft,
@@ -100,6 +100,19 @@ def plan(
         early=early,
         earlier=earlier,
     )
+    best = _best_of(task, run, tried, retrying, on_activity)
+    return with_gains(best) if task.output.gains and best.status.solved else best
+
+
+def _best_of(
+    task: Task,
+    run: Run,
+    tried: Callable[[Task], Plan],
+    retrying: Callable[[Overrides, Plan], None] | None,
+    on_activity: ActivityCallback | None,
+) -> Plan:
+    """Return the cheapest solved plan of the attempts, else one that only misses the goal, else the first of all."""
+    attempts, deadline, stop = list[AttemptedPlan](), run.deadline, run.stop
     if task.method.grid == "phases":
         if on_phases := _on_phases(task, tried, deadline):
             return on_phases

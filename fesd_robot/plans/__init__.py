@@ -25,12 +25,14 @@ __all__ = [
     "Outcome",
     "Plan",
     "PlanFileError",
+    "ReferenceSegment",
     "Refinement",
     "SimulationNote",
     "SimulationSummary",
     "SolveEffort",
     "Statistics",
     "Status",
+    "TrackingGains",
     "TriedSequence",
     "Units",
     "check_output_folder",
@@ -85,6 +87,7 @@ if TYPE_CHECKING:
     from fesd_robot.plans.findings import REPLAY, findings_of_notes
     from fesd_robot.plans.finite_elements import BranchNlpRecord, FiniteElements, Multipliers
     from fesd_robot.plans.full_model import full_model_of
+    from fesd_robot.plans.gains import ReferenceSegment, TrackingGains
     from fesd_robot.plans.goal_outcome import goal_entries
     from fesd_robot.plans.joint_friction import joint_friction_of, joint_switches_of
     from fesd_robot.plans.measured import Names
@@ -136,6 +139,7 @@ else:
             "fesd_robot.plans.findings": ["REPLAY", "findings_of_notes"],
             "fesd_robot.plans.finite_elements": ["BranchNlpRecord", "FiniteElements", "Multipliers"],
             "fesd_robot.plans.full_model": ["full_model_of"],
+            "fesd_robot.plans.gains": ["ReferenceSegment", "TrackingGains"],
             "fesd_robot.plans.goal_outcome": ["goal_entries"],
             "fesd_robot.plans.joint_friction": ["joint_friction_of", "joint_switches_of"],
             "fesd_robot.plans.measured": ["Names"],

@@ -13,6 +13,7 @@ from fesd_robot.lazy import by_name
 from fesd_robot.plans.audit_record import Audit
 from fesd_robot.plans.finite_elements import FiniteElements
 from fesd_robot.plans.full_model import FullModelMotion
+from fesd_robot.plans.gains import TrackingGains
 from fesd_robot.plans.joint_friction import JointFrictionHistory, JointSwitch
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.record import Array, Record
@@ -321,6 +322,7 @@ class Plan(Record):
         warnings: sentences about bodies that go below the ground or into each other where no contact keeps them out.
         finite_elements: the solution as it was found, for `solver.warm_start`; None where it is not exact, and in plans
             that do not have it.
+        gains: feedback along it, where the task asks for `output.gains`.
         simulation: of a motion that was not planned but simulated; its statistics are zero then.
     """
 
@@ -345,6 +347,7 @@ class Plan(Record):
     joint_switches: list[JointSwitch] = Field(default_factory=list)
     warnings: list[str] = Field(default_factory=list)
     finite_elements: FiniteElements | None = None
+    gains: TrackingGains | None = None
     simulation: SimulationSummary | None = None
 
     @property

@@ -18,12 +18,26 @@ def _to_array(value: Any) -> np.ndarray:
     return array
 
 
+def _to_arrays(value: Any) -> np.ndarray:
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ValueError("expected lists of numbers of one length") from error
+
+
 Array = Annotated[
     np.ndarray,
     BeforeValidator(_to_array),
     PlainSerializer(lambda array: array.tolist()),
 ]
 """A float array in Python, a list of numbers in JSON."""
+
+Arrays = Annotated[
+    np.ndarray,
+    BeforeValidator(_to_arrays),
+    PlainSerializer(lambda array: array.tolist()),
+]
+"""A float array of any dimensions in Python, lists of lists in JSON."""
 
 
 class Record(BaseModel):

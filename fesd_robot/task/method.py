@@ -238,3 +238,8 @@ class Output(Section):
         description="Width of figures, that of a journal's column, 3.5 inch, or of two, 7.16 inch; type of 8 points.",
     )
     animation: bool = Field(default=False, description="Whether to write the motion as figures/motion.gif.")
+    gains: bool = Field(
+        default=False,
+        description="Whether plan.json has feedback gains along the plan, K(t) of a time-varying LQR; fesd-robot "
+        "export --format gains writes them for any plan.",
+    )

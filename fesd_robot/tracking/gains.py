@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.linalg import expm
 
 from fesd_robot.errors import OptionError, PlanFileError
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.plans import Plan, task_of
+from fesd_robot.plans import Plan, ReferenceSegment, TrackingGains, task_of
 from fesd_robot.tracking.mode_dynamics import ModeDynamics
 from fesd_robot.tracking.pieces import Piece, States, pieces_of
 from fesd_robot.tracking.weights import TrackingWeights
+
+Kind = Literal["lqr", "pd", "open-loop"]
 
 PERIOD = 2e-3
 """Longest step between two gains, s."""
@@ -21,55 +23,6 @@ PERIOD = 2e-3
 STIFFNESS, DAMPING = 0.5, 0.03
 """Of a proportional and derivative controller: rad or m of departure at which a motor gives all it can, and the time,
 s, by which its damping follows from its stiffness."""
-
-
-@dataclass(frozen=True)
-class ReferenceSegment:
-    """A plan with gains between two landings, at n instants; the control and the gain hold until the next one.
-
-        u = control - gain e,   e = (q (-) configuration, v - velocity)
-
-    Attributes:
-        states: the plan; both sides of its controls' jumps are apart by nothing.
-        gain: K, (n, n_u, 2 n_v); displacements before velocities.
-        landed: contacts that land at its beginning, flying before; empty for the first one.
-    """
-
-    states: States
-    gain: np.ndarray
-    landed: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class TrackingGains:
-    """Feedback gains along a plan.
-
-    Attributes:
-        name: of the plan.
-        kind: ``lqr``, ``pd`` or ``open-loop``.
-        segments: from landing to landing.
-        configuration_names, velocity_names, control_names, contact_names: the order of entries.
-        control_units: ``N`` or ``N m``, one a control; an entry of the gain is in this per m, rad, m/s or rad/s.
-        velocity_units: ``m/s`` or ``rad/s``, one a velocity coordinate.
-        lower, upper: limits of controls, N or N m, (n_u).
-    """
-
-    name: str
-    kind: str
-    segments: Sequence[ReferenceSegment]
-    configuration_names: Sequence[str]
-    velocity_names: Sequence[str]
-    control_names: Sequence[str]
-    contact_names: Sequence[str]
-    control_units: Sequence[str]
-    velocity_units: Sequence[str]
-    lower: np.ndarray
-    upper: np.ndarray
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last time, s."""
-        return float(self.segments[0].states.time[0]), float(self.segments[-1].states.time[-1])
 
 
 def tracking_gains(
@@ -110,6 +63,18 @@ def tracking_gains(
         cost, own = _backwards(piece, dynamics, state, control, cost)
         gains.append(own)
     return _gains(plan, motion, "lqr", pieces, gains[::-1])
+
+
+def with_gains(plan: Plan) -> Plan:
+    """Return a plan with the gains of `tracking_gains`, unless it has some.
+
+    Args:
+        plan: as there.
+
+    Raises:
+        PlanFileError, TaskError: as there.
+    """
+    return plan if plan.gains else plan.model_copy(update={"gains": tracking_gains(plan)})
 
 
 def proportional_gains(
@@ -177,7 +142,7 @@ def _checked(plan: Plan, period: float, motion: MotionProblem | None) -> MotionP
     return formulate(task_of(plan), driven=False) if motion is None else motion
 
 
-def _constant(plan: Plan, motion: MotionProblem, kind: str, period: float, gain: np.ndarray) -> TrackingGains:
+def _constant(plan: Plan, motion: MotionProblem, kind: Kind, period: float, gain: np.ndarray) -> TrackingGains:
     pieces = list(pieces_of(plan, motion, period))
     return _gains(plan, motion, kind, pieces, [np.repeat(gain[None], len(each.middles.time), 0) for each in pieces])
 
@@ -185,7 +150,7 @@ def _constant(plan: Plan, motion: MotionProblem, kind: str, period: float, gain:
 def _backwards(
     piece: Piece, dynamics: ModeDynamics, state: np.ndarray, control: np.ndarray, cost: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cost matrix at the beginning of a piece from that behind its impact, and its gains, (n, n_u, 2 n_v)."""
+    """Return the cost matrix at the beginning of a piece from that behind its impact, and its gains."""
     if piece.impact is not None:
         end = piece.nodes.configuration[-1]
         jump = dynamics.across(piece.impact.modes, end, piece.impact.before, piece.impact.after, piece.impact.impulse)
@@ -209,9 +174,10 @@ def _backwards(
 
 
 def _gains(
-    plan: Plan, motion: MotionProblem, kind: str, pieces: Sequence[Piece], gains: Sequence[np.ndarray]
+    plan: Plan, motion: MotionProblem, kind: Kind, pieces: Sequence[Piece], gains: Sequence[np.ndarray]
 ) -> TrackingGains:
-    segments, own, landed = list[ReferenceSegment](), list[tuple[States, np.ndarray]](), ()
+    segments, own = list[ReferenceSegment](), list[tuple[States, np.ndarray]]()
+    landed: tuple[str, ...] = ()
     for piece, gain in zip(pieces, gains, strict=True):
         own.append((piece.nodes, np.concatenate([gain, gain[-1:]])))
         if piece.impact is not None and piece.impact.landed:
@@ -221,29 +187,26 @@ def _gains(
         segments.append(_segment(own, landed))
     robot, drive = motion.robot, motion.actuation
     return TrackingGains(
-        plan.name,
-        kind,
-        tuple(segments),
-        tuple(robot.configuration_names),
-        tuple(robot.velocity_names),
-        tuple(drive.names),
-        tuple(contact.name for contact in motion.contacts),
-        tuple(drive.units),
-        tuple(plan.units.velocity[name] for name in robot.velocity_names),
-        drive.lower,
-        drive.upper,
+        plan=plan.name,
+        kind=kind,
+        configuration_names=list(robot.configuration_names),
+        velocity_names=list(robot.velocity_names),
+        control_names=list(drive.names),
+        contact_names=[contact.name for contact in motion.contacts],
+        velocity_units=[plan.units.velocity[name] for name in robot.velocity_names],
+        control_units=list(drive.units),
+        lower=drive.lower,
+        upper=drive.upper,
+        segments=segments,
     )
 
 
 def _segment(parts: Sequence[tuple[States, np.ndarray]], landed: tuple[str, ...]) -> ReferenceSegment:
     """Return pieces one after the other; where one ends and the next begins, the next one's control and gain count."""
+
     def joined(arrays: Sequence[np.ndarray]) -> np.ndarray:
         return np.concatenate([*(each[:-1] for each in arrays[:-1]), arrays[-1]])
 
-    states = States(
-        joined([states.time for states, _ in parts]),
-        joined([states.configuration for states, _ in parts]),
-        joined([states.velocity for states, _ in parts]),
-        joined([states.control for states, _ in parts]),
-    )
-    return ReferenceSegment(states, joined([gain for _, gain in parts]), landed)
+    fields = ("time", "configuration", "velocity", "control")
+    columns = {name: joined([getattr(states, name) for states, _ in parts]) for name in fields}
+    return ReferenceSegment(landed=list(landed), **columns, gain=joined([gain for _, gain in parts]))

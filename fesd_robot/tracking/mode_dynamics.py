@@ -135,9 +135,7 @@ class ModeDynamics:
         bounce = np.zeros(len(jacobian[0]))
         bounce[:: self.rows] = self.restitution
         right = np.concatenate([-by_q, mass], axis=2)
-        drift = -np.concatenate(
-            [slip_q + bounce[:, None] * slip_before_q, bounce[:, None] * jacobian], axis=2
-        )[:, kept]
+        drift = -np.concatenate([slip_q + bounce[:, None] * slip_before_q, bounce[:, None] * jacobian], axis=2)[:, kept]
         change = _constrained(mass, right, *self._with_held_joints(state, rows, pushing, drift))[0]
         n_v = self.n_v
         result = np.eye(2 * n_v)
@@ -219,10 +217,10 @@ class ModeDynamics:
     ) -> dict[int, tuple[np.ndarray, np.ndarray]]:
         """Return sliding contact -> direction in which it slides, (n, n_t), and how fast, m/s, (n)."""
         found = {}
-        for contact in np.flatnonzero(state.sliding):
+        for contact in np.flatnonzero(state.sliding).tolist():
             slip = np.einsum("ntv,nv->nt", jacobian[:, self._tangents(contact)], velocity)
             speed = np.linalg.norm(slip, axis=1)
-            found[int(contact)] = slip / np.maximum(speed, _NO_SLIDING)[:, None], speed
+            found[contact] = slip / np.maximum(speed, _NO_SLIDING)[:, None], speed
         return found
 
     def _tangents(self, contact: int) -> slice:
@@ -246,7 +244,7 @@ class ModeDynamics:
         slip_q: np.ndarray,
         force: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivatives of -J_t^T f_t by displacement and velocity as sliding turns in space, (n, n_v, n_v)."""
+        """Return derivatives of -J_t^T f_t by displacement and velocity, (n, n_v, n_v), as sliding turns in space."""
         by_q, by_v = (np.zeros((len(jacobian), self.n_v, self.n_v)) for _ in range(2))
         if self.rows == 2:
             return by_q, by_v
@@ -269,15 +267,13 @@ class ModeDynamics:
         n = len(rows)
         picked = np.broadcast_to(np.eye(self.n_v)[state.held], (n, len(state.held), self.n_v))
         still = np.zeros((n, len(state.held), drift.shape[2]))
-        return tuple(
-            np.concatenate(pair, axis=1) for pair in ((rows, picked), (pushing, picked), (drift, still))
-        )  # type: ignore[return-value]
+        return tuple(np.concatenate(pair, axis=1) for pair in ((rows, picked), (pushing, picked), (drift, still)))  # type: ignore[return-value]
 
 
 def _constrained(
     mass: np.ndarray, right: np.ndarray, rows: np.ndarray, pushing: np.ndarray, drift: np.ndarray
 ) -> np.ndarray:
-    """Return x of M x = right + P^T f, J x = drift, in least squares where contacts are redundant, (n, n_v, columns)."""
+    """Return x of M x = right + P^T f, J x = drift, (n, n_v, columns); least squares where contacts are redundant."""
     free = np.linalg.solve(mass, right)
     if not rows.shape[1]:
         return free

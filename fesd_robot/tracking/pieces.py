@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from fesd_robot.contact import ContactMode
 from fesd_robot.instants import SAME_EVENT, SAME_TIME
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.plans import Plan
-from fesd_robot.plans.sampling import MotionAt, planned_motion
+from fesd_robot.plans.sampling import MotionAt, Side, planned_motion
 from fesd_robot.tracking.mode_dynamics import ContactState
 
 _STICKS = 1 - 1e-6
@@ -86,12 +87,12 @@ def pieces_of(plan: Plan, motion: MotionProblem, period: float) -> Iterator[Piec
     """
     planned, names = planned_motion(plan), _Names(plan, motion)
     first, last = planned.span
-    switches = [each.time for each in (*plan.switches, *plan.joint_switches)]
+    switches = [*(each.time for each in plan.switches), *(each.time for each in plan.joint_switches)]
     cuts = _distinct(np.array([first, last, *plan.controls["time"], *switches, *planned.impacts]), first, last)
-    for start, end in zip(cuts[:-1], cuts[1:], strict=True):
+    for start, end in pairwise(cuts):
         steps = max(int(np.ceil((end - start) / period - SAME_TIME)), 1)
         time = np.linspace(start, end, steps + 1)
-        sides = ["after", *["before"] * steps]
+        sides: list[Side] = ["after", *["before"] * steps]  # type: ignore[list-item]
         middles = planned.at((time[:-1] + time[1:]) / 2)
         nodes = names.states(planned.at(time, sides))
         inside = names.states(middles)
@@ -184,5 +185,5 @@ class _Names:
         sliding |= unhit & np.array([modes[1] is not ContactMode.STICK for modes in sides])
         modes = ContactState(hit | unhit, sliding, np.zeros(0, dtype=int))
         landed = tuple(name for name, new in zip(self.contacts, hit & flew, strict=True) if new)
-        speeds = (self.vectors(each.velocity, self.velocity)[0] for each in (before, after))
-        return Impact(modes, *speeds, impulse, landed)
+        hit_with, left_with = (self.vectors(each.velocity, self.velocity)[0] for each in (before, after))
+        return Impact(modes, hit_with, left_with, impulse, landed)

@@ -11,8 +11,8 @@ import pinocchio as pin
 
 from fesd_robot.errors import OptionError
 from fesd_robot.ocp import MotionProblem, formulate, numeric_physics
-from fesd_robot.plans import Plan, task_of
-from fesd_robot.tracking.gains import TrackingGains, tracking_gains
+from fesd_robot.plans import Plan, TrackingGains, task_of
+from fesd_robot.tracking.gains import tracking_gains
 
 WINDOW = 0.03
 """s before and after a landing of the plan, in which it is taken when it happens."""
@@ -45,7 +45,8 @@ class Tracker:
 
     Args:
         plan: exact, with its finite elements.
-        gains: from `tracking_gains`, `proportional_gains` or `feed_forward`; default: those of `tracking_gains`.
+        gains: from `tracking_gains`, `proportional_gains` or `feed_forward`; default: those of the plan, else those of
+            `tracking_gains`.
         window: s.
         motion: the task of the plan, formulated; default: it is formulated.
 
@@ -54,8 +55,8 @@ class Tracker:
         TaskError: the model of the robot cannot be read any more.
         OptionError: gains of another plan's robot.
 
-    Source: Rijnen, Biemond, van de Wouw, Saccon, Nijmeijer, Hybrid systems with state-triggered jumps: sensitivity-based
-    stability analysis with application to trajectory tracking, 2020 (reference spreading).
+    Source: Rijnen, Biemond, van de Wouw, Saccon, Nijmeijer, Hybrid systems with state-triggered jumps:
+    sensitivity-based stability analysis with application to trajectory tracking, 2020 (reference spreading).
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class Tracker:
         motion: MotionProblem | None = None,
     ) -> None:
         motion = formulate(task_of(plan), driven=False) if motion is None else motion
-        gains = tracking_gains(plan, motion=motion) if gains is None else gains
+        gains = gains or plan.gains or tracking_gains(plan, motion=motion)
         _check_names(gains, motion)
         robot = motion.robot
         self.gains = gains
@@ -79,10 +80,10 @@ class Tracker:
         self._contacts = contacts
         self._segments = [
             _Segment(
-                each.states.time.tolist(),
-                each.states.configuration,
-                each.states.velocity,
-                each.states.control,
+                each.time.tolist(),
+                each.configuration,
+                each.velocity,
+                each.control,
                 each.gain,
                 np.array([contacts.index(name) for name in each.landed], dtype=int),
             )
@@ -184,7 +185,9 @@ class Tracker:
                 raise OptionError(f"contacts: found '{min(unknown)}', expected names of {', '.join(self._contacts)}")
             return np.array([bool(contacts.get(name, False)) for name in self._contacts])
         if len(contacts) != len(self._contacts):
-            raise OptionError(f"contacts: found {len(contacts)} values, expected one of {', '.join(self._contacts)} each")
+            raise OptionError(
+                f"contacts: found {len(contacts)} values, expected one of {', '.join(self._contacts)} each"
+            )
         return np.asarray(contacts, dtype=bool)
 
 
@@ -198,6 +201,6 @@ def _check_names(gains: TrackingGains, motion: MotionProblem) -> None:
     for what, found, expected in pairs:
         if list(found) != list(expected):
             raise OptionError(
-                f"gains of {gains.name}: found the {what} {', '.join(found)}, expected those of the plan's robot, "
+                f"gains of {gains.plan}: found the {what} {', '.join(found)}, expected those of the plan's robot, "
                 f"{', '.join(expected)}"
             )

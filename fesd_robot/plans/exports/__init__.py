@@ -9,6 +9,7 @@ from fesd_robot.errors import PlanFileError, nearest
 from fesd_robot.plans.exports.csv_table import CSV
 from fesd_robot.plans.exports.drake_arrays import DRAKE
 from fesd_robot.plans.exports.format import ExportFormat
+from fesd_robot.plans.exports.gains_table import GAINS
 from fesd_robot.plans.exports.joint_trajectory import JOINT_TRAJECTORY
 from fesd_robot.plans.exports.json_columns import JSON
 from fesd_robot.plans.exports.mcap_recording import MCAP
@@ -20,7 +21,7 @@ from fesd_robot.plans.plan import Plan
 from fesd_robot.recovery import ModelMotion
 
 EXPORTS: dict[str, ExportFormat] = {
-    each.name: each for each in (CSV, NPZ, JSON, JOINT_TRAJECTORY, PARQUET, MCAP, MUJOCO, DRAKE, PINOCCHIO)
+    each.name: each for each in (CSV, NPZ, JSON, JOINT_TRAJECTORY, PARQUET, MCAP, MUJOCO, DRAKE, PINOCCHIO, GAINS)
 }
 """Name of a format -> what it writes."""
 
@@ -84,6 +85,12 @@ def export(
     """
     chosen = export_format(kind, joints)
     write = chosen.writer(suffix)
+    if chosen.gains:
+        if plan.gains is None:
+            raise PlanFileError(
+                f"found no gains in {plan.name} for format '{kind}'; fesd_robot.export_plan computes them"
+            )
+        return write(plan.gains)
     if chosen.model:
         if motion is None:
             raise PlanFileError(

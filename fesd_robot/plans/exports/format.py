@@ -10,7 +10,7 @@ from fesd_robot.errors import PlanFileError
 
 Writer = Callable[..., bytes]
 """(plan) -> content of a file; of a format with joints (plan, joints), where joints may be None, and of one with a
-model (plan, motion), the plan's `ModelMotion`."""
+model (plan, motion), the plan's `ModelMotion`; of one with gains (gains)."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,7 @@ class ExportFormat:
         writers: suffix of a file -> what writes it; the first is taken where the suffix is none of them.
         joints: whether the joints can be chosen.
         model: whether it holds the motion of the model of the robot's file, which is read for it.
+        gains: whether it holds the feedback gains of the plan instead of its samples; its writers take `TrackingGains`.
         with_plan: whether every run of the planner leaves such a file beside its plan.
         extra: what `pip install "fesd-robot[extra]"` adds for it; empty if it needs nothing more.
         packages: names of the modules that the extra brings.
@@ -35,6 +36,7 @@ class ExportFormat:
     writers: Mapping[str, Writer]
     joints: bool = False
     model: bool = False
+    gains: bool = False
     with_plan: bool = False
     extra: str = ""
     packages: tuple[str, ...] = ()

@@ -20,6 +20,10 @@ _POINT = (
 )
 
 
+_LAYOUT = ("std_msgs/MultiArrayLayout", "std_msgs/MultiArrayDimension[] dim\nuint32 data_offset\n")
+_DIMENSION = ("std_msgs/MultiArrayDimension", "string label\nuint32 size\nuint32 stride\n")
+
+
 def _definition(own: str, *others: tuple[str, str]) -> str:
     return own + "".join(f"{'=' * 80}\nMSG: {name}\n{text}" for name, text in others)
 
@@ -36,6 +40,9 @@ DEFINITIONS = {
         _TIME,
         _POINT,
         _DURATION,
+    ),
+    "std_msgs/msg/Float64MultiArray": _definition(
+        "std_msgs/MultiArrayLayout layout\nfloat64[] data\n", _LAYOUT, _DIMENSION
     ),
     "tf2_msgs/msg/TFMessage": _definition(
         "geometry_msgs/TransformStamped[] transforms\n",
