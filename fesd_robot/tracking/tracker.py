@@ -14,6 +14,9 @@ from fesd_robot.ocp import MotionProblem, formulate, numeric_physics
 from fesd_robot.plans import Plan, TrackingGains, task_of
 from fesd_robot.tracking.gains import tracking_gains
 
+HOLD = 1e-3
+"""s; a controller's usual period."""
+
 WINDOW = 0.03
 """s before and after a landing of the plan, in which it is taken when it happens."""
 
@@ -29,8 +32,20 @@ class _Segment:
     configuration: np.ndarray
     velocity: np.ndarray
     control: np.ndarray
+    impulse: np.ndarray
     gain: np.ndarray
     landed: np.ndarray
+
+    def mean_control(self, k: int, time: float, hold: float) -> np.ndarray:
+        """Return the mean of the feed-forward from a time, s, at or behind row k, over the hold that follows."""
+        until = time + hold
+        last = k
+        while last + 1 < len(self.time) and self.time[last + 1] < until:
+            last += 1
+        if last == k or not hold:
+            return self.control[k]
+        ahead = self.impulse[last] + (until - self.time[last]) * self.control[last]
+        return (ahead - self.impulse[k] - (time - self.time[k]) * self.control[k]) / hold
 
 
 class Tracker:
@@ -47,6 +62,7 @@ class Tracker:
         plan: exact, with its finite elements.
         gains: from `tracking_gains`, `proportional_gains` or `feed_forward`; default: those of the plan, else those of
             `tracking_gains`.
+        hold: how long a control is held, s; the feed-forward is its mean over this time.
         window: s.
         motion: the task of the plan, formulated; default: it is formulated.
 
@@ -64,6 +80,7 @@ class Tracker:
         plan: Plan,
         gains: TrackingGains | None = None,
         *,
+        hold: float = HOLD,
         window: float = WINDOW,
         motion: MotionProblem | None = None,
     ) -> None:
@@ -75,7 +92,7 @@ class Tracker:
         self._model = robot.model if robot.model.nq != robot.model.nv else None
         self._sizes = {"q": robot.model.nq, "v": robot.model.nv}
         self._physics = numeric_physics(motion)
-        self._window = window
+        self._hold, self._window = hold, window
         contacts = list(gains.contact_names)
         self._contacts = contacts
         self._segments = [
@@ -84,6 +101,12 @@ class Tracker:
                 each.configuration,
                 each.velocity,
                 each.control,
+                np.vstack(
+                    [
+                        np.zeros(len(gains.control_names)),
+                        np.cumsum(each.control[:-1] * np.diff(each.time)[:, None], axis=0),
+                    ]
+                ),
                 each.gain,
                 np.array([contacts.index(name) for name in each.landed], dtype=int),
             )
@@ -134,7 +157,7 @@ class Tracker:
         else:
             error[:n_v] = pin.difference(self._model, reference, configuration)
         np.subtract(velocity, speed, out=error[n_v:])
-        control = segment.control[k] - segment.gain[k] @ error
+        control = segment.mean_control(k, time, self._hold) - segment.gain[k] @ error
         return np.minimum(np.maximum(control, self._lower), self._upper)
 
     def reference(self, time: float) -> tuple[np.ndarray, np.ndarray]:
