@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from fesd_robot.errors import OptionError
 from fesd_robot.ocp import MotionProblem, formulate, numeric_physics
-from fesd_robot.plans import Plan, TrackingGains, task_of
+from fesd_robot.plans import Plan, ReferenceSegment, TrackingGains, task_of
 from fesd_robot.tracking.gains import tracking_gains
 
 HOLD = 1e-3
@@ -26,7 +26,7 @@ TOUCHING = 1e-4
 
 @dataclass(frozen=True)
 class _Segment:
-    """Arrays of a segment of the reference, as they are looked up."""
+    """A segment of the reference: its arrays as they are looked up, who lands at its beginning, and from when on."""
 
     time: list[float]
     configuration: np.ndarray
@@ -35,6 +35,7 @@ class _Segment:
     impulse: np.ndarray
     gain: np.ndarray
     landed: np.ndarray
+    awaited: float
 
     def mean_control(self, k: int, time: float, hold: float) -> np.ndarray:
         """Return the mean of the feed-forward from a time, s, at or behind row k, over the hold that follows."""
@@ -55,8 +56,8 @@ class Tracker:
 
     The reference goes by landings, not by the clock alone: until a contact that lands in the plan really touches, the
     reference from before it goes on, at constant velocity; from then on the reference from after it is followed, also
-    backwards. Outside a window of 30 ms around the planned time a landing is not looked for: it counts as early there,
-    or as having happened.
+    backwards. A landing is looked for from 30 ms before its planned time on, after a short flight from its middle on;
+    30 ms after that time it counts as having happened.
 
     Args:
         plan: exact, with its finite elements.
@@ -109,6 +110,7 @@ class Tracker:
                 ),
                 each.gain,
                 np.array([contacts.index(name) for name in each.landed], dtype=int),
+                _awaited(plan, each, window),
             )
             for each in gains.segments
         ]
@@ -187,7 +189,7 @@ class Tracker:
     ) -> None:
         while self._now + 1 < len(self._segments):
             planned = self._segments[self._now].time[-1]
-            if time < planned - self._window:
+            if time < self._segments[self._now + 1].awaited:
                 return
             if time <= planned + self._window:
                 touching = self._touching(configuration, contacts)
@@ -212,6 +214,14 @@ class Tracker:
                 f"contacts: found {len(contacts)} values, expected one of {', '.join(self._contacts)} each"
             )
         return np.asarray(contacts, dtype=bool)
+
+
+def _awaited(plan: Plan, segment: ReferenceSegment, window: float) -> float:
+    """Return from when on the landing that begins a segment is looked for, s: in the second half of a short flight."""
+    landing = float(segment.time[0])
+    left = [one.time for one in plan.switches if one.kind == "takeoff" and one.contact in segment.landed]
+    flight = landing - max((time for time in left if time < landing), default=plan.trajectory.time[0])
+    return landing - min(window, 0.5 * flight)
 
 
 def _check_names(gains: TrackingGains, motion: MotionProblem) -> None:
