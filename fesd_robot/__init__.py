@@ -16,7 +16,7 @@ finds when contact happens, and returns the motion in physical time with forces,
     # hopper_one_jump
 
 Tasks: `load_task` -> `Task`, `explain`, `draw_task`. Planning: `plan` -> `Plan`. Files: `write_plan`, `read_plan`,
-`export_plan`, `render_plan`, `report`. Simulating: `simulate`, of a task, a plan, or a system. Every error that a user
+`export_plan`, `render_plan`, `report`. Following a plan: `tracking_gains`, `Tracker`. Simulating: `simulate`, of a task, a plan, or a system. Every error that a user
 can meet is a `FesdRobotError`, and its message says what to change.
 
 Four rooms are a library without robots: `dcs` (nonsmooth systems and their complementarity form), `fesd`
@@ -49,6 +49,7 @@ __all__ = [
     "SolverError",
     "Task",
     "TaskError",
+    "Tracker",
     "dcs",
     "draw_task",
     "explain",
@@ -62,6 +63,7 @@ __all__ = [
     "render_plan",
     "report",
     "simulate",
+    "tracking_gains",
     "write_plan",
 ]
 
@@ -88,6 +90,7 @@ if TYPE_CHECKING:
     from fesd_robot.plans import Plan, read_plan, report, write_plan
     from fesd_robot.simulation import simulate
     from fesd_robot.task import Task, load_task
+    from fesd_robot.tracking import Tracker, tracking_gains
 else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
@@ -116,5 +119,6 @@ else:
             "fesd_robot.plans": ["Plan", "read_plan", "report", "write_plan"],
             "fesd_robot.simulation": ["simulate"],
             "fesd_robot.task": ["Task", "load_task"],
+            "fesd_robot.tracking": ["Tracker", "tracking_gains"],
         },
     )
