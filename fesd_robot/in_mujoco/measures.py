@@ -1,0 +1,248 @@
+"""How far a run is from its plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+
+from fesd_robot.in_mujoco.run import RunRecord, Touch
+from fesd_robot.in_mujoco.scene import MujocoScene
+from fesd_robot.ocp import numeric_physics
+from fesd_robot.plans import Plan
+from fesd_robot.plans.plan import Switch
+from fesd_robot.plans.sampling import planned_motion
+from fesd_robot.robot import Robot
+
+APART, TURNED = 0.05, 0.2
+"""m, rad; a run in which a body ends further from its place in the plan has not finished."""
+
+SAME_LANDING = 0.1
+"""s; a touchdown that is further from the planned one is another one."""
+
+TOUCHING = 1e-4
+"""m; a contact with a smaller gap touches: what slides is lifted by less again and again."""
+
+SATURATED = 0.999
+"""Share of a limit from which on a motor gives all it can."""
+
+
+@dataclass(frozen=True)
+class BodyError:
+    """Distance of a body from its place in the plan: root mean square over time, and at the end, m and rad."""
+
+    rms: float
+    end: float
+    angle_rms: float
+    angle_end: float
+
+
+@dataclass(frozen=True)
+class TouchdownError:
+    """A touchdown of the plan, s, and by how much it came later, s; None if it did not come within 0.1 s."""
+
+    contact: str
+    planned: float
+    error: float | None
+
+
+class Deviation:
+    """A run beside its plan.
+
+    Bodies are those that move on a joint of their own from the world and can travel: the base of a robot with legs, a
+    cart, a free box. The plan is taken at the same times; after its end nothing is compared.
+
+    Args:
+        scene: in which it ran.
+        plan: with its finite elements.
+        record: of the run.
+
+    Attributes:
+        time: of the run, within the plan, s, (n).
+        distance, turn: of every body from its place, by its name, m and rad, (n).
+    """
+
+    def __init__(self, scene: MujocoScene, plan: Plan, record: RunRecord) -> None:
+        self._scene, self._plan, self._record = scene, plan, record
+        robot, planned = scene.motion.robot, planned_motion(plan)
+        begin, end = planned.span
+        within = record.time <= end - begin + 1e-9
+        self.time = record.time[within]
+        at = planned.at(np.minimum(self.time + begin, end), ["after"] * (len(self.time) - 1) + ["before"])
+        self._planned = np.column_stack([at.configuration[name] for name in robot.configuration_names])
+        self._planned_speed = np.column_stack([at.velocity[name] for name in robot.velocity_names])
+        self._run = record.configuration[within]
+        self._speed = record.velocity[within]
+        bodies = _travelling(robot)
+        own, theirs = (_placements(robot, states, bodies.values()) for states in (self._run, self._planned))
+        self.distance, self.turn = {}, {}
+        for number, name in enumerate(bodies):
+            pairs = list(zip(own, theirs, strict=True))
+            self.distance[name] = np.array(
+                [np.linalg.norm(one[number].translation - other[number].translation) for one, other in pairs]
+            )
+            turns = [one[number].rotation.T @ other[number].rotation for one, other in pairs]
+            self.turn[name] = np.array([np.linalg.norm(pin.log3(turn)) for turn in turns])
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run came to the end of the plan."""
+        return not self._record.broken
+
+    @cached_property
+    def bodies(self) -> dict[str, BodyError]:
+        """Errors of bodies by their names."""
+        return {
+            name: BodyError(
+                _rms(self.distance[name]), float(self.distance[name][-1]), _rms(self.turn[name]), float(self.turn[name][-1])
+            )
+            for name in self.distance
+        }  # fmt: skip
+
+    @cached_property
+    def joints(self) -> np.ndarray:
+        """Departure of every joint that turns, rad, and that slides, m, behind the bodies' own, (n, number of them)."""
+        robot = self._scene.motion.robot
+        apart = np.array([pin.difference(robot.model, a, b) for a, b in zip(self._planned, self._run, strict=True)])
+        return np.asarray(apart.reshape(len(self.time), -1))
+
+    def joint_rms(self, kind: str) -> float | None:
+        """Return the root mean square of hinges, rad, or slides, m, behind the bodies' own joints; None without any.
+
+        Args:
+            kind: ``rad/s`` or ``m/s``, the unit of their velocity.
+        """
+        rows = self.joint_rows(kind)
+        return _rms(self.joints[:, rows]) if rows else None
+
+    def joint_rows(self, kind: str) -> list[int]:
+        """Return the velocity coordinates of hinges or slides behind the bodies' own joints."""
+        from fesd_robot.robot import velocity_units
+
+        robot = self._scene.motion.robot
+        units, own = velocity_units(robot), _own_coordinates(robot)
+        return [k for k, name in enumerate(robot.velocity_names) if units[name] == kind and k not in own]
+
+    @cached_property
+    def touchdowns(self) -> list[TouchdownError]:
+        """Every touchdown of the plan, and when it came: each of the run counts once, the nearest first."""
+        start = float(self._plan.trajectory.time[0])
+        landings = [each for each in self._plan.switches if each.kind == "touchdown" and each.time > start]
+        return _matched(landings, self._record.touches, start)
+
+    @cached_property
+    def slip(self) -> dict[str, float]:
+        """Path of every contact over its surface while it touches, beyond that of the plan, m."""
+        physics, motion = numeric_physics(self._scene.motion), self._scene.motion
+        names, rows = list(motion.scene.geometries), physics.rows
+        paths = np.zeros((2, len(names)))
+        modes = _planned_contacts(self._plan, names, self.time)
+        step = np.gradient(self.time) if len(self.time) > 1 else np.zeros(1)
+        for k in range(len(self.time)):
+            near = physics.gaps(self._run[k]) < TOUCHING
+            for row, (q, v, touching) in enumerate(
+                ((self._run[k], self._speed[k], near), (self._planned[k], self._planned_speed[k], modes[k]))
+            ):  # fmt: skip
+                if touching.any():
+                    speed = (physics.contact_jacobian(q) @ v).reshape(-1, rows)[:, 1:]
+                    paths[row] += touching * np.linalg.norm(speed, axis=1) * step[k]
+        return {name: float(own - planned) for name, own, planned in zip(names, *paths, strict=True)}
+
+    @cached_property
+    def effort(self) -> tuple[float, float]:
+        """The largest share of a motor's limit, and the share of time in which a motor gives all it can."""
+        motors, control = self._scene.motors, self._record.control[: max(len(self.time) - 1, 1)]
+        if not control.size:
+            return 0.0, 0.0
+        limit = np.where(control >= 0, motors.upper, -motors.lower)
+        share = np.abs(control) / np.where(limit > 0, limit, np.inf)
+        return float(share.max()), float((share >= SATURATED).any(axis=1).mean())
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run came to the end, with all bodies near their places there; without bodies, all joints."""
+        if not self.complete:
+            return False
+        if self.bodies:
+            return all(each.end <= APART and each.angle_end <= TURNED for each in self.bodies.values())
+        last = np.abs(self.joints[-1])
+        turning, sliding = self.joint_rows("rad/s"), self.joint_rows("m/s")
+        return bool((last[turning] <= TURNED).all() and (last[sliding] <= APART).all())
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _first_bodies(robot: Robot) -> dict[int, list[int]]:
+    """Return the first link with a mass on every branch from the world -> it and the links before it."""
+    massive = {link for joint, link in enumerate(robot.tree.last_link) if robot.model.inertias[joint].mass > 0}
+    result: dict[int, list[int]] = {}
+    for index in sorted(massive):
+        chain, link = [index], robot.tree.links[index].parent
+        while link >= 0 and link not in massive:
+            chain.append(link)
+            link = robot.tree.links[link].parent
+        if link < 0:
+            result[index] = chain
+    return result
+
+
+def _can_travel(robot: Robot, chain: list[int]) -> bool:
+    return any(np.any(np.array(robot.tree.links[link].linear.full())) for link in chain)
+
+
+def _own_coordinates(robot: Robot) -> set[int]:
+    """Return the velocity coordinates on which bodies travel."""
+    chains = [chain for chain in _first_bodies(robot).values() if _can_travel(robot, chain)]
+    return {
+        row
+        for chain in chains
+        for link in chain
+        for row in range(robot.tree.links[link].v_indices.start, robot.tree.links[link].v_indices.stop)
+    }
+
+
+def _travelling(robot: Robot) -> dict[str, int]:
+    """Return the name of every body that can travel -> Pinocchio's index of its joint."""
+    joints = {link: joint for joint, link in enumerate(robot.tree.last_link) if joint}
+    result = {}
+    for link, chain in _first_bodies(robot).items():
+        if _can_travel(robot, chain):
+            joint = joints[link]
+            frames = [f.name for f in robot.model.frames if f.parentJoint == joint and f.type == pin.FrameType.BODY]
+            result[frames[0] if frames else robot.model.names[joint]] = joint
+    return result
+
+
+def _placements(robot: Robot, states: np.ndarray, joints: object) -> list[list[pin.SE3]]:
+    data, result = robot.model.createData(), []
+    for q in states:
+        pin.forwardKinematics(robot.model, data, q)
+        result.append([pin.SE3(data.oMi[joint]) for joint in joints])  # type: ignore[attr-defined]
+    return result
+
+
+def _matched(landings: list[Switch], touches: list[Touch], start: float) -> list[TouchdownError]:
+    result = []
+    for contact in dict.fromkeys(each.contact for each in landings):
+        wanted = [each.time - start for each in landings if each.contact == contact]
+        came = [each.time for each in touches if each.contact == contact]
+        pairs = sorted((abs(b - a), i, j) for i, a in enumerate(wanted) for j, b in enumerate(came))
+        taken: dict[int, int] = {}
+        for apart, i, j in pairs:
+            if apart <= SAME_LANDING and i not in taken and j not in taken.values():
+                taken[i] = j
+        result += [
+            TouchdownError(contact, time + start, came[taken[i]] - time if i in taken else None)
+            for i, time in enumerate(wanted)
+        ]
+    return sorted(result, key=lambda each: each.planned)
+
+
+def _planned_contacts(plan: Plan, names: list[str], times: np.ndarray) -> np.ndarray:
+    """Return which contacts touch in a plan at some times, (n, n_c) of bool."""
+    at = planned_motion(plan).at(np.minimum(times + plan.trajectory.time[0], plan.trajectory.time[-1]))
+    return np.column_stack([[str(mode) != "flight" for mode in at.contacts[name].mode] for name in names]).astype(bool)
