@@ -61,7 +61,7 @@ class Coordinates:
             self._along = np.concatenate([np.arange(each.v.start, each.v.stop) for each in own]).astype(int)
 
     def to_scene(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return qpos, (nq of the scene), and qvel, (nv of the scene), of a configuration and a velocity of the plan."""
+        """Return qpos and qvel of the scene of a configuration, (n_q), and a velocity, (n_v), of the plan."""
         qpos = np.zeros(self._sizes[0])
         for each in self._places:
             own, kind = q[each.q], each.kind

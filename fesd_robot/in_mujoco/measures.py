@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.in_mujoco.run import RunRecord, Touch
 from fesd_robot.in_mujoco.scene import MujocoScene
 from fesd_robot.ocp import numeric_physics
@@ -23,7 +25,7 @@ SAME_LANDING = 0.1
 """s; a touchdown that is further from the planned one is another one."""
 
 TOUCHING = 1e-4
-"""m; a contact with a smaller gap touches: what slides is lifted by less again and again."""
+"""m; a contact with a smaller gap touches."""
 
 SATURATED = 0.999
 """Share of a limit from which on a motor gives all it can."""
@@ -72,7 +74,6 @@ class Deviation:
         self.time = record.time[within]
         at = planned.at(np.minimum(self.time + begin, end), ["after"] * (len(self.time) - 1) + ["before"])
         self._planned = np.column_stack([at.configuration[name] for name in robot.configuration_names])
-        self._planned_speed = np.column_stack([at.velocity[name] for name in robot.velocity_names])
         self._run = record.configuration[within]
         self._speed = record.velocity[within]
         bodies = _travelling(robot)
@@ -95,11 +96,9 @@ class Deviation:
     def bodies(self) -> dict[str, BodyError]:
         """Errors of bodies by their names."""
         return {
-            name: BodyError(
-                _rms(self.distance[name]), float(self.distance[name][-1]), _rms(self.turn[name]), float(self.turn[name][-1])
-            )
-            for name in self.distance
-        }  # fmt: skip
+            name: BodyError(_rms(apart), float(apart[-1]), _rms(self.turn[name]), float(self.turn[name][-1]))
+            for name, apart in self.distance.items()
+        }
 
     @cached_property
     def joints(self) -> np.ndarray:
@@ -134,21 +133,17 @@ class Deviation:
 
     @cached_property
     def slip(self) -> dict[str, float]:
-        """Path of every contact over its surface while it touches, beyond that of the plan, m."""
-        physics, motion = numeric_physics(self._scene.motion), self._scene.motion
-        names, rows = list(motion.scene.geometries), physics.rows
-        paths = np.zeros((2, len(names)))
-        modes = _planned_contacts(self._plan, names, self.time)
-        step = np.gradient(self.time) if len(self.time) > 1 else np.zeros(1)
-        for k in range(len(self.time)):
-            near = physics.gaps(self._run[k]) < TOUCHING
-            for row, (q, v, touching) in enumerate(
-                ((self._run[k], self._speed[k], near), (self._planned[k], self._planned_speed[k], modes[k]))
-            ):  # fmt: skip
-                if touching.any():
-                    speed = (physics.contact_jacobian(q) @ v).reshape(-1, rows)[:, 1:]
-                    paths[row] += touching * np.linalg.norm(speed, axis=1) * step[k]
-        return {name: float(own - planned) for name, own, planned in zip(names, *paths, strict=True)}
+        """Path of every contact over its surface at times at which it sticks in the plan and touches in the run, m."""
+        motion = self._scene.motion
+        physics, names = numeric_physics(motion), list(motion.scene.geometries)
+        path, sticks = np.zeros(len(names)), _sticking(self._plan, names, self.time)
+        steps = np.gradient(self.time) if len(self.time) > 1 else np.zeros(1)
+        for q, v, wanted, step in zip(self._run, self._speed, sticks, steps, strict=True):
+            holds = wanted & (physics.gaps(q) < TOUCHING) if wanted.any() else wanted
+            if holds.any():
+                speed = (physics.contact_jacobian(q) @ v).reshape(-1, physics.rows)[:, 1:]
+                path += holds * np.linalg.norm(speed, axis=1) * step
+        return dict(zip(names, path.tolist(), strict=True))
 
     @cached_property
     def effort(self) -> tuple[float, float]:
@@ -217,11 +212,11 @@ def _travelling(robot: Robot) -> dict[str, int]:
     return result
 
 
-def _placements(robot: Robot, states: np.ndarray, joints: object) -> list[list[pin.SE3]]:
+def _placements(robot: Robot, states: np.ndarray, joints: Collection[int]) -> list[list[pin.SE3]]:
     data, result = robot.model.createData(), []
     for q in states:
         pin.forwardKinematics(robot.model, data, q)
-        result.append([pin.SE3(data.oMi[joint]) for joint in joints])  # type: ignore[attr-defined]
+        result.append([pin.SE3(data.oMi[joint]) for joint in joints])
     return result
 
 
@@ -242,7 +237,7 @@ def _matched(landings: list[Switch], touches: list[Touch], start: float) -> list
     return sorted(result, key=lambda each: each.planned)
 
 
-def _planned_contacts(plan: Plan, names: list[str], times: np.ndarray) -> np.ndarray:
-    """Return which contacts touch in a plan at some times, (n, n_c) of bool."""
+def _sticking(plan: Plan, names: list[str], times: np.ndarray) -> np.ndarray:
+    """Return which contacts stick in a plan at some times, (n, n_c) of bool."""
     at = planned_motion(plan).at(np.minimum(times + plan.trajectory.time[0], plan.trajectory.time[-1]))
-    return np.column_stack([[str(mode) != "flight" for mode in at.contacts[name].mode] for name in names]).astype(bool)
+    return np.array([[mode is ContactMode.STICK for mode in at.contacts[name].mode] for name in names]).T

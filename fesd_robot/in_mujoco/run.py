@@ -78,7 +78,7 @@ class Disturbance:
     """What is different from the plan in a run, beside the scene.
 
     Args:
-        offset: displacement of the start, m and rad, (n_v); contacts that it would press into each other are moved apart.
+        offset: displacement of the start, m and rad, (n_v); what it would press into each other is moved apart.
         delay: between a measurement and the control that answers it, s.
         noise: of the measurements.
     """

@@ -72,9 +72,8 @@ def sliding_contacts(plan: Plan) -> list[str]:
     spans = np.diff(plan.trajectory.time, append=plan.trajectory.time[-1])
     result = []
     for name, history in plan.contacts.items():
-        slides, sticks = (
-            float(spans[[mode is each for mode in history.mode]].sum()) for each in (ContactMode.SLIP, ContactMode.STICK)
-        )
+        times = [spans[[mode is each for mode in history.mode]].sum() for each in (ContactMode.SLIP, ContactMode.STICK)]
+        slides, sticks = times
         if slides > 0 and slides >= MOSTLY * (slides + sticks):
             result.append(name)
     return result

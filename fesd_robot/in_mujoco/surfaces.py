@@ -72,7 +72,7 @@ def _flat(surface: Plane | HalfSpace | Wall, spec: mujoco.MjSpec, name: str) -> 
 
 @add_surface.register
 def _profile(surface: Terrain, spec: mujoco.MjSpec, name: str) -> SurfaceShapes:
-    """Make strips between places, each as long as the bend of the ground lets it be flat, and a plane beyond each end."""
+    """Make strips, each as long as the bend of the ground lets it be flat, and a level box beyond each end."""
     x = _places(surface)
     z = surface.heights(x, np.zeros_like(x))
     names, depth = [], FAR / 10
@@ -133,14 +133,14 @@ def _grid(surface: HeightField, spec: mujoco.MjSpec, name: str) -> SurfaceShapes
     error = float(np.abs(surface.heights(*np.meshgrid(*places, indexing="ij")) - quarters).max())
     return SurfaceShapes(
         [name],
-        f"{name} is a height field of {len(x)} x {len(y)} points, {1e6 * error:.2g} µm beside it at most; it ends where "
-        "its grid does",
+        f"{name} is a height field of {len(x)} x {len(y)} points, {1e6 * error:.2g} µm beside it at most, and ends "
+        "where its grid does",
     )
 
 
 @add_surface.register
 def _box(surface: Box, spec: mujoco.MjSpec, name: str) -> SurfaceShapes:
-    """Make the body within a distance of a core of three boxes, one raised along every axis, and capsules at its edges."""
+    """Make the box with its rounded edges of three boxes, each longer along one axis, and capsules at the edges."""
     core, radius = np.array(surface.half_lengths), surface.rounding
     pose, center = np.array(surface.pose.axes).T, np.array(surface.pose.center)
     core = np.where(np.isfinite(core), core, FAR)
