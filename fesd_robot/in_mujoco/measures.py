@@ -9,13 +9,12 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import ContactMode
+from fesd_robot.in_mujoco.reference import planned_states
 from fesd_robot.in_mujoco.run import RunRecord, Touch
 from fesd_robot.in_mujoco.scene import MujocoScene
 from fesd_robot.ocp import numeric_physics
 from fesd_robot.plans import Plan
 from fesd_robot.plans.plan import Switch
-from fesd_robot.plans.sampling import planned_motion
 from fesd_robot.robot import Robot
 
 APART, TURNED = 0.05, 0.2
@@ -58,7 +57,7 @@ class Deviation:
 
     Args:
         scene: in which it ran.
-        plan: with its finite elements.
+        plan: any.
         record: of the run.
 
     Attributes:
@@ -68,12 +67,11 @@ class Deviation:
 
     def __init__(self, scene: MujocoScene, plan: Plan, record: RunRecord) -> None:
         self._scene, self._plan, self._record = scene, plan, record
-        robot, planned = scene.motion.robot, planned_motion(plan)
-        begin, end = planned.span
-        within = record.time <= end - begin + 1e-9
+        robot = scene.motion.robot
+        within = record.time <= plan.trajectory.time[-1] - plan.trajectory.time[0] + scene.model.opt.timestep
         self.time = record.time[within]
-        at = planned.at(np.minimum(self.time + begin, end), ["after"] * (len(self.time) - 1) + ["before"])
-        self._planned = np.column_stack([at.configuration[name] for name in robot.configuration_names])
+        states = planned_states(plan, self.time)
+        self._planned, self._sticking = states.configuration, states.sticking
         self._run = record.configuration[within]
         self._speed = record.velocity[within]
         bodies = _travelling(robot)
@@ -136,9 +134,9 @@ class Deviation:
         """Path of every contact over its surface at times at which it sticks in the plan and touches in the run, m."""
         motion = self._scene.motion
         physics, names = numeric_physics(motion), list(motion.scene.geometries)
-        path, sticks = np.zeros(len(names)), _sticking(self._plan, names, self.time)
+        path = np.zeros(len(names))
         steps = np.gradient(self.time) if len(self.time) > 1 else np.zeros(1)
-        for q, v, wanted, step in zip(self._run, self._speed, sticks, steps, strict=True):
+        for q, v, wanted, step in zip(self._run, self._speed, self._sticking, steps, strict=True):
             holds = wanted & (physics.gaps(q) < TOUCHING) if wanted.any() else wanted
             if holds.any():
                 speed = (physics.contact_jacobian(q) @ v).reshape(-1, physics.rows)[:, 1:]
@@ -235,9 +233,3 @@ def _matched(landings: list[Switch], touches: list[Touch], start: float) -> list
             for i, time in enumerate(wanted)
         ]
     return sorted(result, key=lambda each: each.planned)
-
-
-def _sticking(plan: Plan, names: list[str], times: np.ndarray) -> np.ndarray:
-    """Return which contacts stick in a plan at some times, (n, n_c) of bool."""
-    at = planned_motion(plan).at(np.minimum(times + plan.trajectory.time[0], plan.trajectory.time[-1]))
-    return np.array([[mode is ContactMode.STICK for mode in at.contacts[name].mode] for name in names]).T
