@@ -58,10 +58,11 @@ BELOW: dict[str, set[str]] = {
         "complementarity", "fesd", "mpcc", "native", "nlp", "ocp", "phases", "plans", "refinement", "running", "starts",
         "task", "tracking",
     },
+    "in_mujoco": {"contact", "ocp", "plans", "render", "robot", "tracking"},
     "actions": {"explanation", "fesd", "ocp", "phases", "plans", "recovery", "render", "robot", "task", "tracking"},
     "cli": {
-        "actions", "examples", "explanation", "first_task", "mpcc", "ocp", "planning", "plans", "render", "robot",
-        "running", "simulation", "task",
+        "actions", "examples", "explanation", "first_task", "in_mujoco", "mpcc", "ocp", "planning", "plans", "render",
+        "robot", "running", "simulation", "task",
     },
 }  # fmt: skip
 """Room, or module beside the rooms -> what it may use, besides `GROUND_FLOOR`, from below it."""

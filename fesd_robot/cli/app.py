@@ -17,6 +17,7 @@ from fesd_robot.cli.new import new
 from fesd_robot.cli.plan import plan
 from fesd_robot.cli.refine import refine
 from fesd_robot.cli.render import render
+from fesd_robot.cli.replay import replay
 from fesd_robot.cli.report import report
 from fesd_robot.cli.robots import robots
 from fesd_robot.cli.schema import schema
@@ -52,5 +53,5 @@ def program(
     set_up_logging(verbose)
 
 
-for command in (plan, refine, improve, simulate, check, report, render, export, examples, new, robots, schema):
+for command in (plan, refine, improve, simulate, replay, check, report, render, export, examples, new, robots, schema):
     app.command(cls=ExportCommand if command is export else None)(command)

@@ -60,8 +60,8 @@ class Contacts:
         self.notes = [shapes.note for name, shapes in self._shapes.items() if shapes.note and name in used]
         bounces = {name: restitution_of(motion.task, name) for name in self.pairs}
         self.notes += [
-            f"contact {name} has the restitution {value:g} by a spring and a damper: to {spread(value):.1g} where it hits "
-            "alone, within a millisecond; where several hit at once, another one"
+            f"contact {name} has the restitution {value:g} by a spring and a damper: to {spread(value):.1g} where it "
+            "hits alone, within a millisecond; where several hit at once, another one"
             for name, value in bounces.items()
             if value > 0
         ]

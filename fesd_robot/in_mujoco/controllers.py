@@ -34,7 +34,9 @@ def controller_of(name: str, plan: Plan, motion: MotionProblem, *, hold: float =
         PlanFileError: a plan that gains cannot be computed for.
     """
     if name not in CONTROLLERS:
-        raise OptionError(f"found controller '{name}', expected one of {', '.join(CONTROLLERS)}{nearest(name, CONTROLLERS)}")
+        raise OptionError(
+            f"found controller '{name}', expected one of {', '.join(CONTROLLERS)}{nearest(name, CONTROLLERS)}"
+        )
     if name == "open-loop":
         return lambda: OpenLoop(plan, hold)
     if name == "pd":

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.contact import CircleOnBox, PointOnSurface, frames_of
 from fesd_robot.in_mujoco.reference import planned_states
 from fesd_robot.in_mujoco.run import RunRecord, Touch
 from fesd_robot.in_mujoco.scene import MujocoScene
@@ -99,6 +100,20 @@ class Deviation:
         }
 
     @cached_property
+    def _round(self) -> set[str]:
+        """Free bodies that are touched as balls about their middle, so that it is open how they turn."""
+        motion, names = self._scene.motion, set(self._scene.motion.robot.bodies)
+        contacts = motion.scene.geometries.values()
+        frames = {frame for each in contacts for frame in frames_of(each)}
+        edged = {
+            motion.robot.body_of(frame)
+            for each in contacts
+            for frame in frames_of(each)
+            if isinstance(each, PointOnSurface) or (isinstance(each, CircleOnBox) and frame == each.other_frame)
+        }
+        return {name for name in names & frames if name not in edged}
+
+    @cached_property
     def joints(self) -> np.ndarray:
         """Departure of every joint that turns, rad, and that slides, m, behind the bodies' own, (n, number of them)."""
         robot = self._scene.motion.robot
@@ -159,7 +174,8 @@ class Deviation:
         if not self.complete:
             return False
         if self.bodies:
-            return all(each.end <= APART and each.angle_end <= TURNED for each in self.bodies.values())
+            turned = [each.angle_end for name, each in self.bodies.items() if name not in self._round]
+            return all(each.end <= APART for each in self.bodies.values()) and all(each <= TURNED for each in turned)
         last = np.abs(self.joints[-1])
         turning, sliding = self.joint_rows("rad/s"), self.joint_rows("m/s")
         return bool((last[turning] <= TURNED).all() and (last[sliding] <= APART).all())

@@ -40,9 +40,9 @@ class Perturbation:
 def perturbations(robot: Robot) -> list[Perturbation]:
     """Return the twenty runs: five kinds, each four times.
 
-    Masses 10 % more and less in turn; friction 20 % less; controls 5 ms late; the start off by 1 cm and 2 degrees; noise
-    of the sensors. Every run, number n, begins off in a direction that is drawn with the seed n, by a tenth of that
-    where the start is not what differs.
+    Masses 10 % more and less in turn; friction 20 % less; controls 5 ms late; the start off by 1 cm and 2 degrees;
+    noise of the sensors. Every run, number n, begins off in a direction that is drawn with the seed n, by a tenth of
+    that where the start is not what differs.
     """
     result = []
     for number in range(5 * REPETITIONS):

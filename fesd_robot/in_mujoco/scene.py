@@ -15,9 +15,9 @@ from fesd_robot.in_mujoco.contacts import Contacts
 from fesd_robot.in_mujoco.coordinates import Coordinates
 from fesd_robot.in_mujoco.impacts import BOUNCING_TIME_STEP, TIME_STEP
 from fesd_robot.in_mujoco.motors import Motors
-from fesd_robot.ocp import MotionProblem
+from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.ocp.scene import restitution_of
-from fesd_robot.plans import Plan
+from fesd_robot.plans import Plan, task_of
 
 IMPEDANCE_RATIO = 100.0
 """impratio; how much stiffer friction is than the normal force, so that what sticks does not creep."""
@@ -80,7 +80,12 @@ def sliding_contacts(plan: Plan) -> list[str]:
 
 
 def mujoco_scene(
-    motion: MotionProblem, *, mass: float = 1.0, friction: float = 1.0, sliding: Collection[str] = ()
+    motion: MotionProblem,
+    *,
+    mass: float = 1.0,
+    friction: float = 1.0,
+    sliding: Collection[str] = (),
+    shapes: bool = False,
 ) -> MujocoScene:
     """Return a task as a model of MuJoCo.
 
@@ -94,6 +99,7 @@ def mujoco_scene(
         friction: factor of the coefficients of friction of all contacts.
         sliding: names of contacts that slide nearly all of the time, as `sliding_contacts` says of a plan; their
             friction builds up within ten time steps instead of two.
+        shapes: whether the robot has the shapes by which it is seen, beside those that touch.
 
     Raises:
         RobotError: a robot that MuJoCo cannot have; the message has its words and the file.
@@ -109,6 +115,11 @@ def mujoco_scene(
     bodies = add_bodies(spec, motion.robot, mass=mass, time_step=time_step)
     contacts = Contacts(spec, bodies, motion, friction=friction, sliding=sliding, time_step=time_step)
     motors = Motors(spec, motion)
+    if shapes:
+        from fesd_robot.in_mujoco.shapes import add_shapes  # meshes take long to read
+
+        add_shapes(spec, bodies)
+        spec.worldbody.add_light(pos=[0, 0, 10], dir=[0, 0, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -124,6 +135,20 @@ def mujoco_scene(
         tuple(notes),
         _pair_contacts(model, contacts),
     )
+
+
+def scene_file(plan: Plan) -> bytes:
+    """Return the scene of a plan in MuJoCo's XML, with the shapes by which the robot is seen.
+
+    Args:
+        plan: from `plan` or `read_plan`.
+
+    Raises:
+        TaskError: a file that its task names cannot be read any more.
+        RobotError: a robot that MuJoCo cannot have.
+    """
+    motion = formulate(task_of(plan), driven=False)
+    return mujoco_scene(motion, sliding=sliding_contacts(plan), shapes=True).xml().encode()
 
 
 def _pair_contacts(model: mujoco.MjModel, contacts: Contacts) -> dict[tuple[int, int], int]:

@@ -1,4 +1,4 @@
-"""The motion as MuJoCo's qpos, qvel and ctrl."""
+"""The motion as MuJoCo's qpos, qvel and ctrl, and the scene in which it runs."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.errors import FesdRobotError
+from fesd_robot.lazy import by_name
 from fesd_robot.plans.exports.base_state import floating_bodies
 from fesd_robot.plans.exports.format import ExportFormat
 from fesd_robot.plans.plan import Plan
@@ -76,6 +77,11 @@ def mujoco_arrays(plan: Plan, motion: ModelMotion) -> bytes:
     return content.getvalue()
 
 
+def mujoco_scene(plan: Plan, motion: ModelMotion) -> bytes:
+    """Return the robot, ground, contacts and motors of a plan as a model of MuJoCo, in its XML, for any robot."""
+    return bytes(by_name("fesd_robot.in_mujoco", "scene_file")(plan))
+
+
 def _control(model: Any, index: int, effort: np.ndarray) -> np.ndarray | float:
     """Return the ctrl of a motor with a joint to itself, NaN of any other actuator, (n,)."""
     import mujoco
@@ -99,7 +105,8 @@ def _control(model: Any, index: int, effort: np.ndarray) -> np.ndarray | float:
 MUJOCO = ExportFormat(
     name="mujoco",
     stem="mujoco",
-    content="qpos, qvel and ctrl as numpy arrays in the order of MuJoCo's model, for robots of MuJoCo files",
-    writers={".npz": mujoco_arrays},
+    content="qpos, qvel and ctrl as numpy arrays in the order of MuJoCo's model, for robots of MuJoCo files; in a file "
+    ".xml the scene of any robot, with ground, contacts and motors",
+    writers={".npz": mujoco_arrays, ".xml": mujoco_scene},
     model=True,
 )
