@@ -158,21 +158,21 @@ def _set_inertia(body: mujoco.MjsBody, inertia: pin.Inertia, turning: np.ndarray
 
 
 def _add_joints(body: mujoco.MjsBody, robot: Robot, link: Link, time_step: float) -> None:
-    model, at, kind = robot.model, link.v_indices, type(link.joint).__name__
+    model, at, own_kind = robot.model, link.v_indices, type(link.joint).__name__
     kinds = mujoco.mjtJoint
     friction = np.abs(np.array(model.upperDryFrictionLimit))
     own = {"armature": model.armature, "damping": model.damping, "frictionloss": friction}
     values = {name: [0.0] * 6 if link.mimics else np.array(each)[at].tolist() for name, each in own.items()}
     common = {"solref_friction": rubbing(time_step), "solimp_friction": STIFF_IMPEDANCE}
-    if kind in ("FreeFlyer", "Spherical"):
+    if own_kind in ("FreeFlyer", "Spherical"):
         _check_even(robot, link, values)
         whole = {name: each[0] for name, each in values.items()}
-        free = kinds.mjJNT_FREE if kind == "FreeFlyer" else kinds.mjJNT_BALL
+        free = kinds.mjJNT_FREE if own_kind == "FreeFlyer" else kinds.mjJNT_BALL
         _with_damping(body.add_joint(name=link.name, type=free, **common), whole)
         return
-    parts = SUFFIXES.get(kind)
+    parts = SUFFIXES.get(own_kind)
     if parts is None:
-        turns = kind != "Prismatic"
+        turns = own_kind != "Prismatic"
         axis = np.array((link.angular if turns else link.linear).full()).ravel() / link.multiplier
         joint = body.add_joint(
             name=link.name, type=kinds.mjJNT_HINGE if turns else kinds.mjJNT_SLIDE, axis=axis, **common
@@ -181,20 +181,24 @@ def _add_joints(body: mujoco.MjsBody, robot: Robot, link: Link, time_step: float
         _set_range(joint, robot, link)
         spring = robot.joint_springs.get(link.name)
         if spring is not None and not link.mimics:
-            joint.stiffness[0], joint.springref = spring.stiffness, spring.rest
+            _set_linear(joint, "stiffness", spring.stiffness)
+            joint.springref = spring.rest
         return
-    for number, (name, (suffix, axis)) in enumerate(zip(joint_names(link), parts, strict=True)):
-        turns = suffix == ".theta"
-        direction = [float(axis == each) for each in "xyz"]
-        joint = body.add_joint(
-            name=name, type=kinds.mjJNT_HINGE if turns else kinds.mjJNT_SLIDE, axis=direction, **common
-        )
+    for number, (name, (suffix, direction)) in enumerate(zip(joint_names(link), parts, strict=True)):
+        kind = kinds.mjJNT_HINGE if suffix == ".theta" else kinds.mjJNT_SLIDE
+        joint = body.add_joint(name=name, type=kind, axis=[float(direction == each) for each in "xyz"], **common)
         _with_damping(joint, {name: each[number] for name, each in values.items()})
 
 
 def _with_damping(joint: mujoco.MjsJoint, values: Mapping[str, float]) -> None:
     joint.armature, joint.frictionloss = values["armature"], values["frictionloss"]
-    joint.damping[0] = values["damping"]
+    _set_linear(joint, "damping", values["damping"])
+
+
+def _set_linear(joint: mujoco.MjsJoint, name: str, value: float) -> None:
+    """Set a coefficient that is the first one of several since MuJoCo 4."""
+    several = np.size(getattr(joint, name))
+    setattr(joint, name, value if several == 1 else [value] + [0.0] * (several - 1))
 
 
 def _check_even(robot: Robot, link: Link, values: Mapping[str, list[float]]) -> None:

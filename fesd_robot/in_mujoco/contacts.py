@@ -12,8 +12,8 @@ from fesd_robot.contact.ground import HeightField
 from fesd_robot.in_mujoco.bodies import STIFF_IMPEDANCE, Bodies, quaternion
 from fesd_robot.in_mujoco.impacts import bouncing, rubbing, spread, stiff
 from fesd_robot.in_mujoco.surfaces import FAR, SurfaceShapes, add_surface
-from fesd_robot.ocp import MotionProblem, friction_of
-from fesd_robot.ocp.scene import restitution_of
+from fesd_robot.ocp import MotionProblem, friction_of, restitution_of
+from fesd_robot.task import TwoBodyContact
 
 POINT = 1e-5
 """m; radius of the sphere that a point is; it touches where its centre does."""
@@ -56,7 +56,7 @@ class Contacts:
             name: add_surface(surface, spec, name) for name, surface in motion.scene.surfaces.items()
         }
         self.pairs: Mapping[str, list[str]] = {name: self._add(name) for name in motion.scene.geometries}
-        used = {contact.surface for contact in motion.task.single_contacts.values() if hasattr(contact, "surface")}
+        used = [_surface(motion, name) for name in motion.scene.geometries]
         self.notes = [shapes.note for name, shapes in self._shapes.items() if shapes.note and name in used]
         bounces = {name: restitution_of(motion.task, name) for name in self.pairs}
         self.notes += [
@@ -72,7 +72,7 @@ class Contacts:
         if isinstance(geometry, TwoBodies):
             own = self._sphere(f"{name}", geometry.frame, geometry.radius, in_plane=not motion.in_space)
             return [self._pair(name, name, own, self._other(name, geometry), 0.0)]
-        surface = motion.task.single_contacts[name].surface
+        surface = _surface(motion, name)
         radius, margin = (geometry.radius, 0.0) if isinstance(geometry, CircleOnSurface) else (POINT, -POINT)
         if isinstance(geometry, PointOnSurface) and isinstance(motion.scene.surfaces[surface], HeightField):
             radius, margin = POINT_ON_GRID, -POINT_ON_GRID
@@ -135,3 +135,9 @@ class Contacts:
             solimp=STIFF_IMPEDANCE,
         )
         return label
+
+
+def _surface(motion: MotionProblem, name: str) -> str:
+    """Return the name of the surface that a contact touches, empty if it is another body."""
+    contact = motion.task.single_contacts[name]
+    return "" if isinstance(contact, TwoBodyContact) else contact.surface

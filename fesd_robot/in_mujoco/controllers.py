@@ -41,7 +41,8 @@ def controller_of(name: str, plan: Plan, motion: MotionProblem, *, hold: float =
         return lambda: OpenLoop(plan, hold)
     if name == "pd":
         gains = proportional_gains(plan, motion=motion)
+    elif plan.gains is not None and plan.gains.kind == "lqr":
+        gains = plan.gains
     else:
-        known = plan.gains is not None and plan.gains.kind == "lqr"
-        gains = plan.gains if known else tracking_gains(plan, motion=motion)
+        gains = tracking_gains(plan, motion=motion)
     return lambda: Tracker(plan, gains, hold=hold, motion=motion)

@@ -153,7 +153,7 @@ def run(
     mujoco.mj_forward(scene.model, data)
     sensors = _Sensors(scene, wanted.noise)
     touching = scene.touching(data)
-    rows, controls, touches, waiting = [], [], list[Touch](), deque[np.ndarray]()
+    rows, controls, touches, waiting, broken = [], [], list[Touch](), deque[np.ndarray](), False
     for number in range(count):
         time = number * hold
         q, v = coordinates.to_plan(data.qpos, data.qvel)
@@ -169,16 +169,17 @@ def run(
             # The contacts are those at the beginning of the step.
             touches += [Touch(scene.contact_names[k], time + sub * step) for k in np.flatnonzero(now & ~touching)]
             touching = now
-        if not (np.abs(data.qvel).max(initial=0.0) < OUT_OF_SIGHT and np.abs(data.qpos).max() < OUT_OF_SIGHT):
+        broken = not (np.abs(data.qvel).max() < OUT_OF_SIGHT and np.abs(data.qpos).max() < OUT_OF_SIGHT)
+        if broken:
             break
-    broken = len(rows) < count
     q, v = coordinates.to_plan(data.qpos, data.qvel)
     if np.isfinite(q).all() and np.isfinite(v).all():
         rows.append((len(controls) * hold, q, v, touching))
     else:
         controls.pop()
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return RunRecord(*columns, np.array(controls).reshape(len(controls), -1), touches, broken)
+    times, configuration, velocity, contacts = (np.array(column) for column in zip(*rows, strict=True))
+    control = np.array(controls).reshape(len(controls), -1)
+    return RunRecord(times, configuration, velocity, contacts, control, touches, broken)
 
 
 def _steps(name: str, value: float, step: float) -> int:

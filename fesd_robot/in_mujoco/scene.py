@@ -15,8 +15,7 @@ from fesd_robot.in_mujoco.contacts import Contacts
 from fesd_robot.in_mujoco.coordinates import Coordinates
 from fesd_robot.in_mujoco.impacts import BOUNCING_TIME_STEP, TIME_STEP
 from fesd_robot.in_mujoco.motors import Motors
-from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.ocp.scene import restitution_of
+from fesd_robot.ocp import MotionProblem, formulate, restitution_of
 from fesd_robot.plans import Plan, task_of
 
 IMPEDANCE_RATIO = 100.0

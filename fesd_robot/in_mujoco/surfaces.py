@@ -86,7 +86,7 @@ def _profile(surface: Terrain, spec: mujoco.MjSpec, name: str) -> SurfaceShapes:
         _add(spec, names[-1], type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=middle, quat=quaternion(turn))
     for end, (side, at, height) in {"before": (-1, x[0], z[0]), "beyond": (1, x[-1], z[-1])}.items():
         names.append(f"{name} {end}")
-        middle = [at + side * FAR, 0.0, height - depth / 2]
+        middle = np.array([at + side * FAR, 0.0, height - depth / 2])
         _add(spec, names[-1], type=mujoco.mjtGeom.mjGEOM_BOX, size=[FAR, FAR, depth / 2], pos=middle)
     error = _deviation(surface, x, z)
     return SurfaceShapes(names, f"{name} is {len(x) - 1} flat strips, {1e6 * error:.2g} µm beside it at most")

@@ -36,6 +36,7 @@ __all__ = [
     "physical_motion",
     "posture_of",
     "reference_of",
+    "restitution_of",
     "scene_of",
     "solid_of",
     "standings_of",
@@ -65,7 +66,7 @@ if TYPE_CHECKING:
     )
     from fesd_robot.ocp.reference_file import columns_of_csv, is_plan
     from fesd_robot.ocp.reference_types import reference_of
-    from fesd_robot.ocp.scene import friction_of, ground_of, scene_of, solid_of, surfaces_of
+    from fesd_robot.ocp.scene import friction_of, ground_of, restitution_of, scene_of, solid_of, surfaces_of
     from fesd_robot.ocp.setup import Setup, gap_function
     from fesd_robot.ocp.solver_options import homotopy_options
     from fesd_robot.ocp.standing import posture_of, standings_of, touching_configuration
@@ -93,7 +94,7 @@ else:
             "fesd_robot.ocp.default_tolerances": ["with_default_tolerances"],
             "fesd_robot.ocp.reference_file": ["columns_of_csv", "is_plan"],
             "fesd_robot.ocp.reference_types": ["reference_of"],
-            "fesd_robot.ocp.scene": ["friction_of", "ground_of", "scene_of", "solid_of", "surfaces_of"],
+            "fesd_robot.ocp.scene": ["friction_of", "ground_of", "restitution_of", "scene_of", "solid_of", "surfaces_of"],
             "fesd_robot.ocp.setup": ["Setup", "gap_function"],
             "fesd_robot.ocp.solver_options": ["homotopy_options"],
             "fesd_robot.ocp.standing": ["posture_of", "standings_of", "touching_configuration"],
