@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from fesd_robot.in_mujoco.perturbations import perturbations
     from fesd_robot.in_mujoco.pictures import play, write_video
     from fesd_robot.in_mujoco.replays import Replay, ReplayRun, replay
-    from fesd_robot.in_mujoco.run import Controller, Disturbance, Noise, OpenLoop, RunRecord, run
+    from fesd_robot.in_mujoco.driving import Controller, Disturbance, Noise, OpenLoop, RunRecord, run
     from fesd_robot.in_mujoco.scene import MujocoScene, mujoco_scene, scene_file, sliding_contacts
 else:
     __getattr__, __dir__ = lazy_exports(
@@ -47,7 +47,7 @@ else:
             "fesd_robot.in_mujoco.perturbations": ["perturbations"],
             "fesd_robot.in_mujoco.pictures": ["play", "write_video"],
             "fesd_robot.in_mujoco.replays": ["Replay", "ReplayRun", "replay"],
-            "fesd_robot.in_mujoco.run": ["Controller", "Disturbance", "Noise", "OpenLoop", "RunRecord", "run"],
+            "fesd_robot.in_mujoco.driving": ["Controller", "Disturbance", "Noise", "OpenLoop", "RunRecord", "run"],
             "fesd_robot.in_mujoco.scene": ["MujocoScene", "mujoco_scene", "scene_file", "sliding_contacts"],
         },
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from fesd_robot.errors import OptionError, nearest
-from fesd_robot.in_mujoco.run import HOLD, Controller, OpenLoop
+from fesd_robot.in_mujoco.driving import HOLD, Controller, OpenLoop
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.plans import Plan
 from fesd_robot.tracking import Tracker, proportional_gains, tracking_gains

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fesd_robot.in_mujoco.run import Disturbance, Noise
+from fesd_robot.in_mujoco.driving import Disturbance, Noise
 from fesd_robot.robot import Robot, velocity_units
 
 MASS, FRICTION, DELAY = 0.1, 0.2, 5e-3

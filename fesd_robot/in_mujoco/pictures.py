@@ -14,7 +14,7 @@ import numpy as np
 from PIL import Image
 
 from fesd_robot.errors import FesdRobotError
-from fesd_robot.in_mujoco.run import RunRecord
+from fesd_robot.in_mujoco.driving import RunRecord
 from fesd_robot.in_mujoco.scene import MujocoScene
 from fesd_robot.render import write_atomically
 

@@ -19,6 +19,9 @@ HEIGHT_ERROR = 2e-6
 SHORTEST_STRIP = 2e-4
 """m; strips are not made shorter than this."""
 
+GRID_ERROR = 1e-5
+"""m; largest distance between a height field and its triangles, where these do not become too many."""
+
 GRID = 1000
 """Largest number of points of a height field along x and along y."""
 
@@ -115,7 +118,8 @@ def _deviation(surface: Terrain, x: np.ndarray, z: np.ndarray) -> float:
 @add_surface.register
 def _grid(surface: HeightField, spec: mujoco.MjSpec, name: str) -> SurfaceShapes:
     edges = surface.along.breaks, surface.across.breaks
-    x, y = (np.linspace(each[0], each[-1], GRID) for each in edges)
+    step = np.sqrt(4 * GRID_ERROR / max(surface.curvature, 1e-6))
+    x, y = (np.linspace(each[0], each[-1], int(np.clip(np.ptp(each) / step + 2, 2, GRID))) for each in edges)
     z = surface.heights(*np.meshgrid(x, y, indexing="ij"))
     low, high = float(z.min()), max(float(z.max()), float(z.min()) + 1e-6)
     half = [(x[-1] - x[0]) / 2, (y[-1] - y[0]) / 2]
