@@ -31,6 +31,7 @@ SLOW = {
     "docs",
     "examples",
     "first_task",
+    "in_mujoco",
     "optimal_control",
     "phases",
     "planning",

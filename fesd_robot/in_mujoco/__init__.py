@@ -30,12 +30,12 @@ __all__ = [
 
 if TYPE_CHECKING:
     from fesd_robot.in_mujoco.controllers import CONTROLLERS
+    from fesd_robot.in_mujoco.driving import Controller, Disturbance, Noise, OpenLoop, RunRecord, run
     from fesd_robot.in_mujoco.files import write_replay
     from fesd_robot.in_mujoco.measures import Deviation
     from fesd_robot.in_mujoco.perturbations import perturbations
     from fesd_robot.in_mujoco.pictures import play, write_video
     from fesd_robot.in_mujoco.replays import Replay, ReplayRun, replay
-    from fesd_robot.in_mujoco.driving import Controller, Disturbance, Noise, OpenLoop, RunRecord, run
     from fesd_robot.in_mujoco.scene import MujocoScene, mujoco_scene, scene_file, sliding_contacts
 else:
     __getattr__, __dir__ = lazy_exports(

@@ -10,8 +10,8 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.contact import CircleOnBox, PointOnSurface, frames_of
-from fesd_robot.in_mujoco.reference import planned_states
 from fesd_robot.in_mujoco.driving import RunRecord, Touch
+from fesd_robot.in_mujoco.reference import planned_states
 from fesd_robot.in_mujoco.scene import MujocoScene
 from fesd_robot.ocp import numeric_physics
 from fesd_robot.plans import Plan

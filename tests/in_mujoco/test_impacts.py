@@ -12,7 +12,8 @@ from fesd_robot.in_mujoco.impacts import _SPRING, bouncing, rubbing, spread, sti
 
 BALL = """<mujoco><option timestep="{step}" gravity="0 0 {g}" cone="elliptic" impratio="100"/>
 <worldbody><geom name="floor" type="plane" size="0 0 1" contype="0" conaffinity="0"/>
-<body pos="0 0 {height}"><freejoint/><geom name="ball" size="0.1" mass="{mass}" contype="0" conaffinity="0"/></body></worldbody>
+<body pos="0 0 {height}"><freejoint/><geom name="ball" size="0.1" mass="{mass}" contype="0" conaffinity="0"/></body>
+</worldbody>
 <contact><pair geom1="ball" geom2="floor" condim="3" friction="0.5 0.5 0 0 0" solimp="0.9999 0.9999 0.001 0.5 2"
 solref="{solref}" solreffriction="{friction}"/></contact></mujoco>"""
 
