@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 TIME_STEP = 1e-4
 """s."""
 
-BOUNCING_TIME_STEP = 2e-5
+BOUNCING_TIME_STEP = 1e-5
 """s; where a contact bounces, whose spring is pressed and released within a fraction of a millisecond."""
 
 STEPS = 2.0
@@ -69,7 +69,7 @@ def bouncing(restitution: float, time_step: float) -> list[float]:
 def spread(restitution: float) -> float:
     """Return by how much the restitution of single impacts differs from the mean, at most."""
     ratio = -bouncing(restitution, 1.0)[1] / (2 * _SPRING)
-    return max(abs(_restitution(ratio, share) - restitution) for share in _SHARES)
+    return float(max(abs(_restitution(ratio, share) - restitution) for share in _SHARES))
 
 
 _SHARES = np.linspace(0.05, 0.95, 10)

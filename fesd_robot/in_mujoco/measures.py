@@ -139,9 +139,12 @@ class Deviation:
 
     @cached_property
     def touchdowns(self) -> list[TouchdownError]:
-        """Every touchdown of the plan, and when it came: each of the run counts once, the nearest first."""
+        """Every touchdown of the plan after a flight higher than 0.1 mm, and when it came.
+
+        Each of the run counts once, the nearest first. After a lower flight a foot may well have stayed on the ground.
+        """
         start = float(self._plan.trajectory.time[0])
-        landings = [each for each in self._plan.switches if each.kind == "touchdown" and each.time > start]
+        landings = [each for each in self._plan.switches if each.kind == "touchdown" and _flew(self._plan, each)]
         return _matched(landings, self._record.touches, start)
 
     @cached_property
@@ -232,6 +235,18 @@ def _placements(robot: Robot, states: np.ndarray, joints: Collection[int]) -> li
         pin.forwardKinematics(robot.model, data, q)
         result.append([pin.SE3(data.oMi[joint]) for joint in joints])
     return result
+
+
+def _flew(plan: Plan, landing: Switch) -> bool:
+    """Return whether the flight before a touchdown is one, not a graze."""
+    parting = [
+        each.time
+        for each in plan.switches
+        if each.contact == landing.contact and each.kind == "takeoff" and each.time < landing.time
+    ]
+    time, gap = plan.trajectory.time, plan.contacts[landing.contact].gap
+    within = (time >= (parting[-1] if parting else time[0])) & (time <= landing.time)
+    return bool(gap[within].max(initial=0.0) > TOUCHING)
 
 
 def _matched(landings: list[Switch], touches: list[Touch], start: float) -> list[TouchdownError]:
