@@ -163,7 +163,8 @@ def run(
         control = waiting.popleft() if len(waiting) > late else waiting[0]
         controls.append(control)
         for sub in range(each):
-            motors.drive(data, coordinates, control)
+            if sub == 0 or motors.note:  # forces on joints change with the configuration
+                motors.drive(data, coordinates, control)
             mujoco.mj_step(scene.model, data)
             now = scene.touching(data)
             # The contacts are those at the beginning of the step.

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 TIME_STEP = 1e-4
 """s."""
 
-BOUNCING_TIME_STEP = 1e-5
+BOUNCING_TIME_STEP = 5e-6
 """s; where a contact bounces, whose spring is pressed and released within a fraction of a millisecond."""
 
 STEPS = 2.0
@@ -24,12 +24,12 @@ DAMPING_RATIO = 50.0
 """Of contacts that do not bounce: one of 1 parts with exp(-2) of the velocity with which it hits, this one stops in a
 time step."""
 
-_SPRING = 0.1
+_SPRING = 0.05
 """rad a time step, of the spring of contacts that bounce."""
 
 
-MOST_DAMPING = 4.9
-"""Ratio of contacts that bounce; with 5 a single time step takes all of the velocity."""
+MOST_DAMPING = 9.8
+"""Ratio of contacts that bounce; with 10 a single time step takes all of the velocity."""
 
 
 def stiff(time_step: float) -> list[float]:
