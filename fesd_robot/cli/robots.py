@@ -115,7 +115,7 @@ def _show_model(robot: Robot, *, frames: bool, shapes: bool, as_json: bool) -> N
     asked = [name for name, yes in (("frames", frames), ("shapes", shapes)) if yes]
     tables = inventory(robot, asked or ["coordinates", "motors", "postures"])
     if as_json:
-        typer.echo(json.dumps({**tables, "left out": list(robot.notes)}, indent=2))
+        typer.echo(json.dumps({**tables, "left out": list(robot.notes), "warnings": list(robot.warnings)}, indent=2))
         return
     typer.echo(f"{robot.name}: {robot.model.nv} degrees of freedom, {sum(i.mass for i in robot.model.inertias):.6g} kg")
     for name, rows in tables.items():
@@ -124,9 +124,10 @@ def _show_model(robot: Robot, *, frames: bool, shapes: bool, as_json: bool) -> N
             columns = list(dict.fromkeys(key for row in rows for key in row))
             cells = [[_cell(row.get(column)) for column in columns] for row in rows]
             typer.echo("\n".join(aligned([columns, *cells])))
-    if robot.notes:
-        typer.echo("\nLeft out:")
-        typer.echo("\n".join(f"  {note}" for note in robot.notes))
+    for heading, sentences in (("Warnings", robot.warnings), ("Left out", robot.notes)):
+        if sentences:
+            typer.echo(f"\n{heading}:")
+            typer.echo("\n".join(f"  {sentence}" for sentence in sentences))
 
 
 def _propose_sagittal(source: str, *, as_json: bool) -> None:

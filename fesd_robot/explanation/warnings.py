@@ -46,6 +46,7 @@ def task_warnings(motion: MotionProblem) -> list[str]:
     Of a motion that repeats the start is free, so that nothing is said about what happens there.
     """
     return [
+        *motion.robot.warnings,
         *_degrees(motion),
         *_far_from_the_ground(motion),
         *([] if motion.task.goal.periodic else _at_the_start(motion)),

@@ -58,8 +58,17 @@ def beside(robot: Robot, bodies: Mapping[str, Robot], places: Mapping[str, np.nd
         source=robot.source,
         package_directories=robot.package_directories,
     )
-    notes = [f"Body '{name}': {note}" for name, body in bodies.items() for note in body.notes]
-    return replace(merged, name=robot.name, shapes=robot.shapes, notes=(*robot.notes, *notes), bodies=dict(bodies))
+    return replace(
+        merged,
+        name=robot.name,
+        shapes=robot.shapes,
+        notes=(*robot.notes, *(f"Body '{name}': {note}" for name, body in bodies.items() for note in body.notes)),
+        warnings=(
+            *robot.warnings,
+            *(f"Body '{name}': {said}" for name, body in bodies.items() for said in body.warnings),
+        ),
+        bodies=dict(bodies),
+    )
 
 
 def _appended(model: pin.Model, name: str, body: pin.Model, place: np.ndarray) -> pin.Model:

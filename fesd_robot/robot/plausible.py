@@ -47,7 +47,9 @@ def check_inertias(path: Path, model: pin.Model) -> list[str]:
         if scale == 0:
             continue
         negative, over = -float(moments[0]) / scale, (largest - float(moments[0]) - float(moments[1])) / scale
-        found = f"the inertia of {_body(model, joint)} has principal moments {', '.join(f'{m:.4g}' for m in moments)} kg m²"
+        found = (
+            f"the inertia of {_body(model, joint)} has principal moments {', '.join(f'{m:.4g}' for m in moments)} kg m²"
+        )
         if negative > _ROUNDED:
             sentence = f"{found}, expected none below 0: no body has this inertia"
         elif over > _ROUGH:

@@ -130,6 +130,18 @@ def check_elements(path: Path, root: ElementTree.Element) -> None:
         raise RobotError(f"{path}: {fault}.")
 
 
+def longest_shape(root: ElementTree.Element) -> float:
+    """Return the length of the longest shape of a file after `check_elements` without its meshes, m."""
+    sizes = [
+        float(part)
+        for geometry in root.iterfind("link/*/geometry")
+        for shape in geometry
+        for key in ("size", "radius", "length")
+        for part in shape.get(key, "").split()
+    ]
+    return max(sizes, default=0.0)
+
+
 def _faults(root: ElementTree.Element) -> Iterator[str]:
     numbered = dict.fromkeys(_ROBOT, 0)
     for element in root:
@@ -162,7 +174,7 @@ def _faults_of(owner: str, inside: str, element: ElementTree.Element, known: _El
             yield f"{place}: found no {name}, expected {_amount(known.numbers.get(name))}"
         if name in children and name not in inner:
             yield f"{place}: found no <{name}>, expected one"
-    for name, text in element.attrib.items():
+    for name in element.attrib:
         if name in known.numbers:
             yield from _faults_of_numbers(f"{place} {name}", element, name, known)
         elif name not in known.texts:
@@ -222,8 +234,8 @@ def _faults_of_inertia(name: str | None, link: ElementTree.Element) -> Iterator[
         for key in ("ixx", "iyy", "izz"):
             if float(moments.get(key, "")) < -_ROUNDED_INERTIA:
                 yield (
-                    f"link '{name}', <inertial><inertia> {key}: found {moments.get(key)}, expected a number of at least "
-                    "0: no body has this inertia"
+                    f"link '{name}', <inertial><inertia> {key}: found {moments.get(key)}, expected at least 0: no body "
+                    "has this inertia"
                 )
 
 
@@ -232,7 +244,7 @@ def _tag(element: ElementTree.Element) -> str:
 
 
 def _misspelled(place: str, name: str, known: list[str]) -> Iterator[str]:
-    """Yield a sentence if a name that URDF does not have is close to one that it has; others belong to other programs."""
+    """Yield a sentence if an unknown name is close to a known one; others belong to other programs."""
     plain = {each.strip("<>"): each for each in known}
     for close in difflib.get_close_matches(name.lower(), plain, n=1, cutoff=_CLOSE):
         what = "element" if plain[close] != close else "attribute"

@@ -45,12 +45,14 @@ def check_model(path: Path, tree: UrdfTree, model: pin.Model) -> None:
         if not model.existFrame(name, pin.FrameType.BODY):
             raise _unlike(path, f"link '{name}'", "nothing")
         bodies[moving] = bodies.get(moving, np.zeros((6, 6))) + _moved(_inertia_of(link), pose)
-    moving_joints = [name for name in bodies if name]
-    extra = set(model.names) - {"universe", *moving_joints}
-    if len(model.names) - 1 - len(extra) != len(moving_joints) or len(extra) > 1:
-        raise _unlike(path, f"{len(moving_joints)} joints that move", f"{len(model.names) - 1 - len(extra)}")
-    for name in moving_joints:
-        _check_body(path, name, bodies[name], model.inertias[model.getJointId(name)].matrix())
+    root = next((name for name in model.names if name not in ("universe", *bodies)), None)
+    first = bodies.pop("")
+    if root is not None:
+        bodies[root] = first
+    if model.njoints - 1 != len(bodies):
+        raise _unlike(path, f"{len(bodies)} joints that move", f"{model.njoints - 1}")
+    for name, body in bodies.items():
+        _check_body(path, name, body, model.inertias[model.getJointId(name)].matrix())
 
 
 def _check_place(path: Path, model: pin.Model, joint: str, pose: pin.SE3) -> None:

@@ -85,7 +85,8 @@ def _faults(root: ElementTree.Element, links: Mapping[str, ElementTree.Element])
     first = [name for name in links if name not in carrier]
     if len(first) > 1:
         yield (
-            f"found {len(first)} links that are the child of no joint ({_listed(first)}), expected one, the robot's first"
+            f"found {len(first)} links that are the child of no joint ({_listed(first)}), expected one, the robot's "
+            "first"
         )
 
 

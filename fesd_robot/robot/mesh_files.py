@@ -1,0 +1,129 @@
+"""Mesh files of a URDF file, looked at before a reader in C++ gets them."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import coal
+import numpy as np
+
+from fesd_robot.errors import RobotError
+from fesd_robot.robot.paths import ros_directories
+
+LARGEST = 500_000_000
+"""Bytes of a mesh file; a scanned hall has fewer."""
+
+_BEGINNING = 65_536
+"""Bytes in which a file says what it is."""
+
+_STL_HEADER, _STL_COUNT, _STL_TRIANGLE = 80, 4, 50
+"""Bytes of a binary STL file: header, number of triangles, every triangle."""
+
+_SIGNATURES = {
+    ".dae": (b"<COLLADA", b":COLLADA"),
+    ".obj": (b"v ", b"v\t"),
+    ".ply": (b"ply",),
+    ".off": (b"OFF",),
+    ".glb": (b"glTF",),
+    ".gltf": (b'"asset"',),
+}
+"""Ending -> what the beginning of such a file has, one of them."""
+
+FORMATS = (".stl", *_SIGNATURES)
+"""Endings of mesh files that are read."""
+
+
+def check_meshes(
+    path: Path, document: ElementTree.Element, kind: str, directories: Sequence[Path], loader: coal.MeshLoader
+) -> None:
+    """Read the meshes of a URDF file one by one, so that a fault has a place.
+
+    Args:
+        path: the URDF file.
+        document: its content.
+        kind: ``visual`` or ``collision``.
+        directories: where addresses begin, in the order in which they are looked for.
+        loader: reads the meshes, and keeps them for Pinocchio.
+
+    Raises:
+        RobotError: for a mesh that is missing, no mesh or cut off; names its link.
+    """
+    for link in document.iterfind("link"):
+        for mesh in link.iterfind(f"{kind}/geometry/mesh"):
+            try:
+                _read(mesh, directories, loader)
+            except RobotError as error:
+                raise RobotError(f"{path}: link '{link.get('name')}', mesh {mesh.get('filename')}: {error}.") from error
+
+
+def _read(mesh: ElementTree.Element, directories: Sequence[Path], loader: coal.MeshLoader) -> None:
+    address = _address_of(mesh.get("filename", ""), directories)
+    file = Path(address)
+    for fault in _faults(file):
+        raise RobotError(fault)
+    scale = np.array([float(number) for number in mesh.get("scale", "1 1 1").split()])
+    try:
+        read = loader.load(address, scale)
+        triangles, vertices = int(read.num_tris), np.array(read.vertices())
+    except Exception as error:  # of the reader in C++, with the place in its source
+        raise RobotError(f"found a file that is damaged or no {file.suffix[1:].upper()}, expected a mesh") from error
+    if not triangles:
+        raise RobotError("found no triangle, expected some")
+    if not np.isfinite(vertices).all():
+        raise RobotError("found a corner that is not finite, expected finite numbers")
+
+
+def _address_of(address: str, directories: Sequence[Path]) -> str:
+    """Return the file of an address as Pinocchio finds and writes it, so that the loader knows it again."""
+    scheme, separator, place = address.rpartition("://")
+    if separator and scheme not in ("package", "model", "file"):
+        raise RobotError(f"found an address that begins with {scheme}://, expected package://, file:// or a path")
+    if scheme == "file" or (not separator and Path(place).is_absolute()):
+        return place
+    for directory in (*directories, *ros_directories()):
+        if (directory / place).exists():
+            return f"{directory}/{place}"
+    raise RobotError(f"found no such file in {directories[0]}, its parents and the folders of ROS, expected one")
+
+
+def _faults(file: Path) -> Iterator[str]:
+    """Yield why a file cannot be a mesh."""
+    if not file.is_file():
+        yield "found no file of this name, expected one" if not file.exists() else "found a folder, expected a file"
+    suffix = file.suffix.lower()
+    if suffix not in FORMATS:
+        yield f"found a file that ends in '{file.suffix}', expected one of {', '.join(FORMATS)}"
+    size = file.stat().st_size
+    if size > LARGEST:
+        yield f"found {size / 1e6:.0f} MB, expected at most {LARGEST / 1e6:.0f} MB"
+    try:
+        with file.open("rb") as stream:
+            beginning = stream.read(_BEGINNING)
+            stream.seek(max(0, size - _BEGINNING))
+            end = stream.read(_BEGINNING)
+    except OSError as error:
+        yield f"cannot be read ({error.strerror})"
+        return
+    if suffix == ".stl":
+        yield from _faults_of_stl(beginning, end, size)
+    elif not any(sign in beginning for sign in _SIGNATURES[suffix]):
+        yield f"found a file that is no {suffix[1:].upper()}, expected a mesh"
+
+
+def _faults_of_stl(beginning: bytes, end: bytes, size: int) -> Iterator[str]:
+    header = _STL_HEADER + _STL_COUNT
+    claimed = int.from_bytes(beginning[_STL_HEADER:header], "little")
+    if size >= header and size == header + _STL_TRIANGLE * claimed:
+        return
+    if beginning.lstrip().lower().startswith(b"solid") and b"facet" in beginning:
+        if b"endsolid" not in end.lower():
+            yield "found an STL file that is cut off, expected 'endsolid' at its end"
+    elif size < header:
+        yield "found a file that is no STL, expected a mesh"
+    elif size < header + _STL_TRIANGLE * claimed:
+        yield (
+            f"found an STL file that is cut off or no STL, with {(size - header) // _STL_TRIANGLE} of {claimed} "
+            "triangles, expected all"
+        )
