@@ -12,6 +12,9 @@ import pinocchio as pin
 from fesd_robot.errors import RobotError
 from fesd_robot.robot.model_file import note
 
+_NONE = 1e-15
+"""kg m²; moments that add up to less are none, written by a program."""
+
 _ROUNDED = 1e-6
 """Of the sum of the principal moments; how far a moment may be below zero by rounding."""
 
@@ -44,7 +47,7 @@ def check_inertias(path: Path, model: pin.Model) -> list[str]:
     for joint in range(1, model.njoints):
         moments = _principal_moments(model.inertias[joint])
         scale, largest = float(np.abs(moments).sum()), float(moments[2])
-        if scale == 0:
+        if scale <= _NONE:
             continue
         negative, over = -float(moments[0]) / scale, (largest - float(moments[0]) - float(moments[1])) / scale
         found = (
@@ -75,7 +78,9 @@ def unit_warnings(model: pin.Model, longest: float) -> list[str]:
 
 def _of_size(size: float) -> Iterator[str]:
     if size > _LARGE:
-        yield f"The robot is {size:.3g} m large; in millimetres it would be {size / 1000:.3g} m: its lengths should be in m."
+        yield (
+            f"The robot is {size:.3g} m large; in millimetres it would be {size / 1000:.3g} m: its lengths should be in m."
+        )
 
 
 def _of_mass(mass: float, size: float) -> Iterator[str]:

@@ -10,8 +10,8 @@ from fesd_robot.errors import RobotError
 LARGEST = 100_000_000
 """Bytes of an XML file of a robot; those of humanoids have a million."""
 
-_DEEPEST = 200
-"""Elements inside each other; the readers in C++ call themselves for each, and give up at 500 or run out of stack."""
+_DEEPEST = 450
+"""Elements inside each other; the readers in C++ give up at 500."""
 
 
 def read_xml(path: Path) -> ElementTree.Element:

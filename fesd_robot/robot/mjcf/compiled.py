@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from fesd_robot.errors import RobotError
+from fesd_robot.robot.mjcf.words import check_mjcf, in_one_sentence
 
 logger = logging.getLogger(__name__)
 
@@ -22,14 +23,31 @@ def compiled_mjcf(path: Path) -> mujoco.MjModel:
     Raises:
         RobotError: a file that MuJoCo cannot read, in its words, or one with physics that is left out.
     """
+    check_mjcf(path)
     try:
         with _warnings_logged():
             model = mujoco.MjModel.from_xml_path(str(path))
-    except (ValueError, mujoco.FatalError) as error:
-        raise RobotError(f"{path} cannot be read: {' '.join(str(error).split()).rstrip('.')}.") from error
-    for sentence in _left_out(model):
+    except (ValueError, mujoco.FatalError, UnicodeDecodeError) as error:
+        raise RobotError(f"{path} cannot be read: {in_one_sentence(str(error))}.") from error
+    for sentence in [*_unusable(model), *_left_out(model)]:
         raise RobotError(f"{path}: {sentence}.")
     return model
+
+
+def _unusable(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield why a model is none of a robot, a sentence each."""
+    try:
+        model.names.decode()
+    except UnicodeDecodeError:
+        yield "found names that are not in UTF-8, expected that encoding, also in included files"
+    if model.nbody <= 1:
+        yield "found no body, expected one that moves"
+    for kind, properties in _FINITE.items():
+        for name in properties:
+            values = _array(model, f"{kind}_{name}").reshape(getattr(model, f"n{kind}"), -1)
+            for row in np.flatnonzero(~np.isfinite(values).all(axis=1)):
+                what = f"{kind} '{name_of(model, kind, int(row))}'"
+                yield f"{what}: found a number in '{name}' that is not finite, expected a finite one"
 
 
 @contextlib.contextmanager
@@ -95,6 +113,13 @@ def _left_out(model: mujoco.MjModel) -> list[str]:
     return sentences
 
 
+_FINITE = {
+    "body": ("pos", "quat", "ipos", "iquat", "mass", "inertia"),
+    "geom": ("pos", "quat", "size", "friction"),
+    "site": ("pos", "quat"),
+}
+"""Kind of an element -> its numbers that are to be finite; MuJoCo reads NaN and goes on."""
+
 _SEVERAL = (int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL))
 
 
@@ -104,5 +129,7 @@ def _array(model: mujoco.MjModel, name: str) -> Any:
 
 
 def _largest(model: mujoco.MjModel, kind: str, values: np.ndarray) -> str:
+    if not len(values):
+        return "0"
     at = int(np.argmax(np.abs(values)))
     return f"{values[at]:g} of {kind} '{name_of(model, kind, at)}'"
