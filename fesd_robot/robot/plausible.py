@@ -79,7 +79,8 @@ def unit_warnings(model: pin.Model, longest: float) -> list[str]:
 def _of_size(size: float) -> Iterator[str]:
     if size > _LARGE:
         yield (
-            f"The robot is {size:.3g} m large; in millimetres it would be {size / 1000:.3g} m: its lengths should be in m."
+            f"The robot is {size:.3g} m large; in millimetres it would be {size / 1000:.3g} m: its lengths should be "
+            "in m."
         )
 
 

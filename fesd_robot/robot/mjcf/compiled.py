@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ def compiled_mjcf(path: Path) -> mujoco.MjModel:
             model = mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, mujoco.FatalError, UnicodeDecodeError) as error:
         raise RobotError(f"{path} cannot be read: {in_one_sentence(str(error))}.") from error
-    for sentence in [*_unusable(model), *_left_out(model)]:
+    for sentence in chain(_unusable(model), _left_out(model)):
         raise RobotError(f"{path}: {sentence}.")
     return model
 
@@ -44,8 +45,8 @@ def _unusable(model: mujoco.MjModel) -> Iterator[str]:
         yield "found no body, expected one that moves"
     for kind, properties in _FINITE.items():
         for name in properties:
-            values = _array(model, f"{kind}_{name}").reshape(getattr(model, f"n{kind}"), -1)
-            for row in np.flatnonzero(~np.isfinite(values).all(axis=1)):
+            finite = np.isfinite(getattr(model, f"{kind}_{name}"))
+            for row in np.flatnonzero(~(finite.all(axis=1) if finite.ndim > 1 else finite)):
                 what = f"{kind} '{name_of(model, kind, int(row))}'"
                 yield f"{what}: found a number in '{name}' that is not finite, expected a finite one"
 
@@ -76,8 +77,8 @@ def disabled(model: mujoco.MjModel, what: str) -> bool:
     return bool(model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}"))
 
 
-def _left_out(model: mujoco.MjModel) -> list[str]:
-    """Return the unsupported parts of a file that change the motion, a sentence each."""
+def _left_out(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield the unsupported parts of a file that change the motion, a sentence each."""
     moving = model.jnt_type[np.asarray(model.dof_jntid)] if model.nv else np.zeros(0)
     single = (moving == mujoco.mjtJoint.mjJNT_HINGE) | (moving == mujoco.mjtJoint.mjJNT_SLIDE)
     several = [j for j in range(model.njnt) if model.jnt_type[j] in _SEVERAL]
@@ -95,22 +96,22 @@ def _left_out(model: mujoco.MjModel) -> list[str]:
          _largest(model, "joint", np.where(np.isin(range(model.njnt), several), model.jnt_stiffness, 0)), "0"),
         (np.any(model.dof_frictionloss[~single]), "dry friction of a free or ball joint", "frictionloss", "0"),
     ]  # fmt: skip
-    sentences = [f"found {what} ({size}), which is not supported, expected {wanted}" for yes, what, size, wanted in
-                 found if yes]  # fmt: skip
+    for yes, what, size, wanted in found:
+        if yes:
+            yield f"found {what} ({size}), which is not supported, expected {wanted}"
     for name in ("tendon_stiffness", "tendon_damping", "tendon_frictionloss", "tendon_armature", "tendon_limited"):
         values = _array(model, name)
         if np.any(values):
             what = name.removeprefix("tendon_").replace("limited", "range")
             at = name_of(model, "tendon", int(np.flatnonzero(values)[0]))
-            sentences.append(f"found tendon '{at}' with {what}, which is not supported, expected a tendon without")
+            yield f"found tendon '{at}' with {what}, which is not supported, expected a tendon without"
     for i in range(model.neq):
         if model.eq_active0[i] and model.eq_type[i] != mujoco.mjtEq.mjEQ_JOINT:
             kind = mujoco.mjtEq(int(model.eq_type[i])).name.removeprefix("mjEQ_").lower()
-            sentences.append(
+            yield (
                 f"found <{kind}> '{name_of(model, 'equality', i)}' in <equality>, which closes a loop, expected a tree "
                 'of joints; leave it out or write active="false"'
             )
-    return sentences
 
 
 _FINITE = {

@@ -17,20 +17,21 @@ _COPIED = ("replicate", "composite", "flexcomp")
 _PLACE = re.compile(r"^Element (?:name )?'([^']*)'(?:, id \d+)?, line (-?\d+)", re.MULTILINE)
 """Line of an error in which MuJoCo says where it is."""
 
-_PLAIN = [
+_NO_INERTIA = "found a body that moves without mass or inertia, expected <inertial> or <geom> with a positive one"
+_UNEQUAL = "found a moment of inertia larger than the sum of the others, expected none: no body has this inertia"
+_NO_NUMBERS = r"found something else than numbers in '\1', expected numbers with a decimal point and without unit"
+
+_PLAIN = (
     (r"Error opening file '([^']*)'", r"found no file \1, expected one"),
-    (r"mass and inertia of moving bodies must be larger than mjMINVAL.*", "found a body that moves without mass or "
-     "inertia, expected <inertial> or <geom> with a positive one"),
+    (r"mass and inertia of moving bodies must be larger than mjMINVAL.*", _NO_INERTIA),
     (r"no decoder found for mesh file '([^']*)'.*", r"found mesh file \1, expected .stl, .obj or .msh"),
-    (r"inertia must satisfy A \+ B >= C; use 'balanceinertia' to fix", "found a moment of inertia larger than the sum of "
-     "the others, expected none: no body has this inertia"),
+    (r"inertia must satisfy A \+ B >= C; use 'balanceinertia' to fix", _UNEQUAL),
     (r"unrecognized attribute: '([^']*)'", r"found an unknown attribute '\1', expected one of MuJoCo's"),
     (r"unrecognized element", "found an unknown element, expected one of MuJoCo's"),
-    (r"bad format in attribute '([^']*)'", r"found something else than numbers in '\1', expected numbers with a decimal "
-     "point and without unit"),
+    (r"bad format in attribute '([^']*)'", _NO_NUMBERS),
     (r"axis too small in joint", "found an axis without direction, expected one as 0 0 1"),
     (r"repeated name '([^']*)' in (\w+)", r"found the name '\1' twice, expected one \2 of this name"),
-]  # fmt: skip
+)
 """Errors of MuJoCo that users meet, and what they mean."""
 
 
