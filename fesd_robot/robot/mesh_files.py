@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -21,18 +22,18 @@ _BEGINNING = 65_536
 _STL_HEADER, _STL_COUNT, _STL_TRIANGLE = 80, 4, 50
 """Bytes of a binary STL file: header, number of triangles, every triangle."""
 
-_SIGNATURES = {
-    ".dae": (b"<COLLADA", b":COLLADA"),
-    ".obj": (b"v ", b"v\t"),
-    ".ply": (b"ply",),
-    ".off": (b"OFF",),
-    ".glb": (b"glTF",),
-    ".gltf": (b'"asset"',),
-}
+_SIGNATURES = {".dae": (b"<COLLADA", b":COLLADA"), ".obj": (b"v ", b"v\t")}
 """Ending -> what the beginning of such a file has, one of them."""
 
+_WHOLE, _REAL = re.compile(r"[\d\s]*", re.ASCII), re.compile(r"[-+.\deE\s]*", re.ASCII)
+_COLLADA_NUMBERS = {
+    **dict.fromkeys(("p", "h", "v", "vcount"), _WHOLE),
+    **dict.fromkeys(("float_array", "matrix", "translate", "rotate", "scale", "skew", "lookat"), _REAL),
+}
+"""Element of Collada -> what its text is made of."""
+
 FORMATS = (".stl", *_SIGNATURES)
-"""Endings of mesh files that are read."""
+"""Endings of mesh files that are read; the reader of others, as PLY, does not survive files that are cut off."""
 
 
 def check_meshes(
@@ -110,6 +111,21 @@ def _faults(file: Path) -> Iterator[str]:
         yield from _faults_of_stl(beginning, end, size)
     elif not any(sign in beginning for sign in _SIGNATURES[suffix]):
         yield f"found a file that is no {suffix[1:].upper()}, expected a mesh"
+    elif suffix == ".dae":
+        yield from _faults_of_collada(file)
+
+
+def _faults_of_collada(file: Path) -> Iterator[str]:
+    """Yield where a Collada file has something else than numbers; its reader in C++ waits for them for ever."""
+    try:
+        for _, element in ElementTree.iterparse(file):
+            tag = element.tag.rpartition("}")[2]
+            if tag in _COLLADA_NUMBERS and not _COLLADA_NUMBERS[tag].fullmatch(element.text or ""):
+                yield f"found something else than numbers in <{tag}>, expected numbers"
+                return
+            element.clear()
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        yield f"found a Collada file that is cut off or damaged ({error}), expected a whole one"
 
 
 def _faults_of_stl(beginning: bytes, end: bytes, size: int) -> Iterator[str]:

@@ -15,6 +15,9 @@ from fesd_robot.robot.model_file import note
 _NONE = 1e-15
 """kg m²; moments that add up to less are none, written by a program."""
 
+_WEIGHTLESS = 1e-12
+"""kg; less is no mass to compare with."""
+
 _ROUNDED = 1e-6
 """Of the sum of the principal moments; how far a moment may be below zero by rounding."""
 
@@ -96,7 +99,7 @@ def _of_inertia(model: pin.Model, size: float) -> Iterator[str]:
     wide = {
         _body(model, joint): math.sqrt(_principal_moments(model.inertias[joint])[2] / model.inertias[joint].mass)
         for joint in range(1, model.njoints)
-        if model.inertias[joint].mass > 0 and _principal_moments(model.inertias[joint])[2] > 0
+        if model.inertias[joint].mass > _WEIGHTLESS and _principal_moments(model.inertias[joint])[2] > 0
     }
     yield from note(
         f"Inertias have radii of gyration sqrt(I/m) beyond the robot's size of {size:.3g} m ({{}}), as in kg mm² or "

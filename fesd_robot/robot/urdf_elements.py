@@ -24,6 +24,9 @@ _READ_AS = "1.1"
 
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
+_LARGEST = 1e9
+"""m, kg, kg m² or rad; a robot has none above."""
+
 _ROUNDED_INERTIA = 1e-12
 """kg m²; inertias of bodies that were added up may be this far below zero."""
 
@@ -41,6 +44,7 @@ class _Element:
         needed: attributes and elements that must be there.
         once, often: elements inside that may be there once, or several times.
         positive: whether its numbers are sizes, which are not negative.
+        bounded: whether its numbers are in a range with which one can compute; limits may be far away instead.
     """
 
     numbers: Mapping[str, int] = field(default_factory=dict)
@@ -49,6 +53,7 @@ class _Element:
     once: Mapping[str, _Element] = field(default_factory=dict)
     often: Mapping[str, _Element] = field(default_factory=dict)
     positive: bool = False
+    bounded: bool = True
 
 
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -93,6 +98,7 @@ _JOINT = _Element(
         "limit": _Element(
             dict.fromkeys(("lower", "upper", "effort", "velocity"), 1),
             needed=("effort", "velocity"),
+            bounded=False,
         ),
         "dynamics": _Element({"damping": 1, "friction": 1}),
         "mimic": _Element({"multiplier": 1, "offset": 1}, texts=("joint",), needed=("joint",)),
@@ -100,6 +106,7 @@ _JOINT = _Element(
         "safety_controller": _Element(
             dict.fromkeys(("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"), 1),
             needed=("k_velocity",),
+            bounded=False,
         ),
     },
 )
@@ -205,6 +212,8 @@ def _faults_of_numbers(place: str, element: ElementTree.Element, name: str, know
         yield f"{found} {_amount(count)}"
     elif not all(math.isfinite(float(part)) for part in parts):
         yield f"{found} {_amount(count, 'finite ')}"
+    elif known.bounded and any(abs(float(part)) > _LARGEST for part in parts):
+        yield f"{found} {_amount(count)} up to {_LARGEST:g}"
     elif known.positive and any(float(part) < 0 for part in parts):
         yield f"{found} {_amount(count)} of at least 0"
     elif name == "scale" and any(float(part) == 0 for part in parts):

@@ -17,7 +17,7 @@ _COPIED = ("replicate", "composite", "flexcomp")
 _PLACE = re.compile(r"^Element (?:name )?'([^']*)'(?:, id \d+)?, line (-?\d+)", re.MULTILINE)
 """Line of an error in which MuJoCo says where it is."""
 
-_NO_INERTIA = "found a body that moves without mass or inertia, expected <inertial> or <geom> with a positive one"
+_NO_INERTIA = "found a body that moves with no positive mass or inertia, expected <inertial> or <geom> with both"
 _UNEQUAL = "found a moment of inertia larger than the sum of the others, expected none: no body has this inertia"
 _NO_NUMBERS = r"found something else than numbers in '\1', expected numbers with a decimal point and without unit"
 
@@ -29,6 +29,8 @@ _PLAIN = (
     (r"unrecognized attribute: '([^']*)'", r"found an unknown attribute '\1', expected one of MuJoCo's"),
     (r"unrecognized element", "found an unknown element, expected one of MuJoCo's"),
     (r"bad format in attribute '([^']*)'", _NO_NUMBERS),
+    (r"stl_decoder: .* in STL file '([^']*)'.*", r"found mesh file \1, expected a whole binary STL file"),
+    (r"XML parse error .*", "found an included file that is no XML, expected XML"),
     (r"axis too small in joint", "found an axis without direction, expected one as 0 0 1"),
     (r"repeated name '([^']*)' in (\w+)", r"found the name '\1' twice, expected one \2 of this name"),
 )
@@ -45,9 +47,9 @@ def check_mjcf(path: Path) -> None:
     try:
         path.read_bytes().decode()
     except UnicodeDecodeError as error:
-        raise RobotError(
-            f"{path}: found letters in another encoding than UTF-8, which MuJoCo reads; save it so."
-        ) from (error)
+        raise RobotError(f"{path}: found letters that are not in UTF-8, expected that encoding for MuJoCo.") from (
+            error
+        )
     copies = _copies(root)
     if copies > _MOST_COPIES:
         raise RobotError(f"{path}: found {copies:g} copies by <replicate> or alike, expected at most {_MOST_COPIES}.")
