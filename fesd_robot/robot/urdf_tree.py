@@ -69,7 +69,7 @@ def _faults(root: ElementTree.Element, links: Mapping[str, ElementTree.Element])
                 yield f"found {count} {what}s called '{name}', expected one"
     carrier: dict[str, ElementTree.Element] = {}
     for joint in joints:
-        name, parent, child = joint.get("name"), _end(joint, "parent"), _end(joint, "child")
+        name, parent, child = joint.get("name", ""), _end(joint, "parent"), _end(joint, "child")
         for end, link in (("parent", parent), ("child", child)):
             if link not in links:
                 yield f"joint '{name}', <{end}> link: found '{link}', expected a link of the file{nearest(link, links)}"

@@ -162,7 +162,8 @@ DOUBTFUL = [
      "'shank': 141 m), as in kg mm"),
     ("moment", [('izz="0.001"', 'izz="0.03"')],
      "'shank' has principal moments 0.01, 0.01, 0.03 kg m², expected none larger"),
-    ("product", [('ixy="0" ixz="0" iyy="0.04"', 'ixy="0.045" ixz="0" iyy="0.04"')], "expected none below 0"),
+    ("product", [('ixy="0" ixz="0" iyy="0.01"', 'ixy="0.011" ixz="0" iyy="0.01"'), ('"0.001"', '"0.01"')],
+     "expected none below 0"),
 ]  # fmt: skip
 
 
@@ -267,19 +268,19 @@ def test_files_that_are_made_to_harm_are_refused(tmp_path, text, sentence):
 
 def test_a_chain_of_links_has_an_end(tmp_path):
     """A chain on which the reader in C++ would run out of stack is refused."""
-    links = "".join(f'<link name="l{number}"/>' for number in range(20_001))
-    joints = "".join(BAR.format(f"j{number}", f"l{number}", f"l{number + 1}") for number in range(20_000))
+    links = "".join(f'<link name="l{number}"/>' for number in range(5001))
+    joints = "".join(BAR.format(f"j{number}", f"l{number}", f"l{number + 1}") for number in range(5000))
     file = tmp_path / "robot.urdf"
     file.write_text(f'<robot name="chain">{links}{joints}</robot>')
-    with pytest.raises(RobotError, match="found 20001 links behind each other, expected at most 1000"):
+    with pytest.raises(RobotError, match="found 5001 links behind each other, expected at most 1000"):
         load_robot(file)
 
 
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (('value="0.5"', 'value="0.50000001"'), "0.50000001 kg on joint 'knee', but Pinocchio's model has 0.5 kg"),
-        (('ixx="0.01"', 'ixx="0.0100001"'), "a body on joint 'knee', but Pinocchio's model has one with another inertia"),
+        (('"0.5"', '"0.5001"'), "0.5001 kg on joint 'knee', but Pinocchio's model has 0.5 kg"),
+        (('ixx="0.01"', 'ixx="0.0100001"'), "a body on joint 'knee', but Pinocchio's model has one with"),
         (('xyz="0 0 -0.15"', 'xyz="0 0 -0.1500001"'), "a body on joint 'knee'"),
         (('rpy="0 0.1 0"', 'rpy="0 0.1000001 0"'), "a body on joint 'knee'"),
         (('xyz="0 0 -0.3"', 'xyz="0 1e-6 -0.3"'), "joint 'knee' at "),
