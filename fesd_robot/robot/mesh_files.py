@@ -6,6 +6,7 @@ import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import coal
 import numpy as np
@@ -36,48 +37,61 @@ FORMATS = (".stl", *_SIGNATURES)
 """Endings of mesh files that are read; the reader of others, as PLY, does not survive files that are cut off."""
 
 
-def check_meshes(
-    path: Path, document: ElementTree.Element, kind: str, directories: Sequence[Path], loader: coal.MeshLoader
-) -> None:
-    """Read the meshes of a URDF file one by one, so that a fault has a place.
+def check_meshes(path: Path, document: ElementTree.Element, kind: str, directories: Sequence[Path]) -> None:
+    """Look at the files of all meshes of a URDF file.
 
     Args:
         path: the URDF file.
         document: its content.
         kind: ``visual`` or ``collision``.
         directories: where addresses begin, in the order in which they are looked for.
-        loader: reads the meshes, and keeps them for Pinocchio.
 
     Raises:
         RobotError: for a mesh that is missing, no mesh or cut off; names its link.
     """
+    for place, mesh in _meshes(path, document, kind):
+        for fault in _faults_of(mesh, directories):
+            raise RobotError(f"{place}: {fault}.")
+
+
+def find_damaged(path: Path, document: ElementTree.Element, kind: str, directories: Sequence[Path]) -> None:
+    """Read meshes one by one until one cannot be read.
+
+    Args:
+        path, document, kind, directories: as for `check_meshes`, after it.
+
+    Raises:
+        RobotError: for a mesh that cannot be read, or is not one; names its link.
+    """
+    loader = coal.MeshLoader(coal.NODE_TYPE.BV_OBBRSS)
+    for place, mesh in _meshes(path, document, kind):
+        address = _address_of(mesh.get("filename", ""), directories)
+        scale = np.array([float(number) for number in mesh.get("scale", "1 1 1").split()])
+        try:
+            read = loader.load(address, scale)
+        except Exception as error:  # of the reader in C++, with the place in its source
+            kind_of_file = Path(address).suffix[1:].upper()
+            raise RobotError(f"{place}: found a file that is damaged or no {kind_of_file}, expected a mesh.") from error
+        if not is_mesh(read):
+            raise RobotError(f"{place}: found no triangles, or corners that are not finite, expected a mesh.")
+
+
+def is_mesh(geometry: Any) -> bool:
+    """Return whether a shape of coal has triangles and finite corners, if it is a mesh."""
+    if not isinstance(geometry, coal.BVHModelBase):
+        return True
+    return geometry.num_tris > 0 and bool(np.isfinite(np.array(geometry.vertices())).all())
+
+
+def _meshes(path: Path, document: ElementTree.Element, kind: str) -> Iterator[tuple[str, ElementTree.Element]]:
+    """Yield file, link and address of every mesh, as text, and its element."""
     for link in document.iterfind("link"):
         for mesh in link.iterfind(f"{kind}/geometry/mesh"):
-            try:
-                _read(mesh, directories, loader)
-            except RobotError as error:
-                raise RobotError(f"{path}: link '{link.get('name')}', mesh {mesh.get('filename')}: {error}.") from error
-
-
-def _read(mesh: ElementTree.Element, directories: Sequence[Path], loader: coal.MeshLoader) -> None:
-    address = _address_of(mesh.get("filename", ""), directories)
-    file = Path(address)
-    for fault in _faults(file):
-        raise RobotError(fault)
-    scale = np.array([float(number) for number in mesh.get("scale", "1 1 1").split()])
-    try:
-        read = loader.load(address, scale)
-        triangles, vertices = int(read.num_tris), np.array(read.vertices())
-    except Exception as error:  # of the reader in C++, with the place in its source
-        raise RobotError(f"found a file that is damaged or no {file.suffix[1:].upper()}, expected a mesh") from error
-    if not triangles:
-        raise RobotError("found no triangle, expected some")
-    if not np.isfinite(vertices).all():
-        raise RobotError("found a corner that is not finite, expected finite numbers")
+            yield f"{path}: link '{link.get('name')}', mesh {mesh.get('filename')}", mesh
 
 
 def _address_of(address: str, directories: Sequence[Path]) -> str:
-    """Return the file of an address as Pinocchio finds and writes it, so that the loader knows it again."""
+    """Return the file of an address as Pinocchio finds it."""
     scheme, separator, place = address.rpartition("://")
     if separator and scheme not in ("package", "model", "file"):
         raise RobotError(f"found an address that begins with {scheme}://, expected package://, file:// or a path")
@@ -85,12 +99,19 @@ def _address_of(address: str, directories: Sequence[Path]) -> str:
         return place
     for directory in (*directories, *ros_directories()):
         if (directory / place).exists():
-            return f"{directory}/{place}"
+            return str(directory / place)
     raise RobotError(f"found no such file in {directories[0]}, its parents and the folders of ROS, expected one")
 
 
+def _faults_of(mesh: ElementTree.Element, directories: Sequence[Path]) -> Iterator[str]:
+    """Yield why the file of a mesh cannot be one."""
+    try:
+        yield from _faults(Path(_address_of(mesh.get("filename", ""), directories)))
+    except RobotError as error:
+        yield str(error)
+
+
 def _faults(file: Path) -> Iterator[str]:
-    """Yield why a file cannot be a mesh."""
     if not file.is_file():
         yield "found no file of this name, expected one" if not file.exists() else "found a folder, expected a file"
     suffix = file.suffix.lower()

@@ -8,7 +8,7 @@ from pathlib import Path
 import coal
 import pinocchio as pin
 
-from fesd_robot.robot.mesh_files import check_meshes
+from fesd_robot.robot.mesh_files import check_meshes, find_damaged, is_mesh
 from fesd_robot.robot.urdf_elements import check_elements
 from fesd_robot.robot.xml_file import read_xml, xml_text
 
@@ -29,7 +29,14 @@ def urdf_shapes(path: Path, model: pin.Model, kind: pin.GeometryType, directorie
     """
     document = read_xml(path)
     check_elements(path, document)
+    check_meshes(path, document, _ELEMENTS[kind], directories)
     loader = coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBBRSS)  # legs share their meshes
-    check_meshes(path, document, _ELEMENTS[kind], directories, loader)
     packages = [str(directory) for directory in directories]
-    return pin.buildGeomFromUrdfString(model, xml_text(document), kind, package_dirs=packages, mesh_loader=loader)
+    try:
+        shapes = pin.buildGeomFromUrdfString(model, xml_text(document), kind, package_dirs=packages, mesh_loader=loader)
+    except Exception:
+        find_damaged(path, document, _ELEMENTS[kind], directories)
+        raise
+    if not all(is_mesh(shape.geometry) for shape in shapes.geometryObjects):
+        find_damaged(path, document, _ELEMENTS[kind], directories)
+    return shapes
