@@ -31,7 +31,7 @@ from fesd_robot.robot.root import (
 )
 from fesd_robot.robot.srdf import read_group_states
 from fesd_robot.robot.tree import Tree, build_tree
-from fesd_robot.robot.urdf import check_leaders, check_urdf, urdf_notes
+from fesd_robot.robot.urdf import check_leaders, check_urdf, refuse_xacro, urdf_notes
 from fesd_robot.robot.urdf_elements import check_elements, longest_shape
 from fesd_robot.robot.urdf_model import check_model
 from fesd_robot.robot.urdf_tree import read_tree
@@ -125,9 +125,10 @@ def _read(path: Path, root: Root) -> ModelFile:
 
 
 def _read_urdf(path: Path, document: ElementTree.Element, root: Root) -> ModelFile:
-    leaders = check_urdf(path, document)
+    refuse_xacro(path, document)
     check_elements(path, document)
     tree = read_tree(path, document)
+    leaders = check_urdf(path, document)
     model = _build(path, lambda joint: _build_urdf(path, xml_text(document), joint, leaders), root)
     check_model(path, tree, model)
     postures = read_group_states(path, document, model, root)

@@ -16,18 +16,25 @@ _UNDRIVEN = ("fixed", "floating", "planar")
 _XACRO = re.compile(r"\{https?://(www\.)?ros\.org/wiki/xacro.*\}")
 
 
-def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
-    """Return the mimic joints of a file, each with its leader; refuse files that Pinocchio misreads.
+def refuse_xacro(path: Path, root: ElementTree.Element) -> None:
+    """Refuse a file that xacro has still to expand.
 
     Raises:
-        RobotError: for a file that xacro has still to expand, for a planar joint whose plane is not x-y, which
-            Pinocchio takes as x-y all the same, and for a continuous joint that follows or leads, whose (cos, sin)
-            does not scale.
+        RobotError: says how to expand it.
     """
     if any(_XACRO.match(element.tag) for element in root.iter() if isinstance(element.tag, str)):
         raise RobotError(
             f"{path} is written in xacro; expand it first: xacro {path.name} > {path.name.split('.')[0]}.urdf."
         )
+
+
+def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
+    """Return the mimic joints of a file, each with its leader; refuse files that Pinocchio misreads.
+
+    Raises:
+        RobotError: for a planar joint whose plane is not x-y, which Pinocchio takes as x-y all the same, and for a
+            continuous joint that follows or leads, whose (cos, sin) does not scale.
+    """
     joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
     leaders: dict[str, str] = {}
     for name, joint in joints.items():
