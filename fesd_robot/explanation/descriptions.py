@@ -44,6 +44,12 @@ def described_waypoints(motion: MotionProblem) -> list[str]:
     return lines
 
 
+def described_limits(motion: MotionProblem) -> list[str]:
+    """Say where limits are from that are not those of their joint in the file, unless the task replaces them."""
+    given = {"position": motion.task.limits.position, "velocity": motion.task.limits.velocity}
+    return [text for (kind, name), text in motion.robot.limit_notes.items() if name not in given[kind]]
+
+
 def described_standing(motion: MotionProblem) -> list[str]:
     """Return a sentence for each `stand_on`, with the coordinates that were found for it."""
     units, states, lines = configuration_units(motion.robot), dict(motion.task.states), []

@@ -127,7 +127,7 @@ def limits_of(task: Task, robot: Robot) -> StateLimits:
         lower_position=vector(names, {name: bounds[0] for name, bounds in position.items()}, robot.lower_position),
         upper_position=vector(names, {name: bounds[1] for name, bounds in position.items()}, robot.upper_position),
         lower_velocity=vector(
-            velocities, {name: bounds[0] for name, bounds in velocity.items()}, -robot.velocity_limit
+            velocities, {name: bounds[0] for name, bounds in velocity.items()}, 0.0 - robot.velocity_limit
         ),
         upper_velocity=vector(velocities, {name: bounds[1] for name, bounds in velocity.items()}, robot.velocity_limit),
     )

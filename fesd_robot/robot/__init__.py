@@ -48,6 +48,7 @@ __all__ = [
     "frame_jacobian",
     "frame_placement",
     "frame_velocity",
+    "immovable_joints",
     "integrate",
     "interpolated",
     "is_height",
@@ -70,7 +71,6 @@ __all__ = [
     "simple_shape",
     "slerp",
     "spring_force",
-    "square_placements",
     "touching_outlines",
     "turned",
     "velocity_units",
@@ -95,6 +95,7 @@ if TYPE_CHECKING:
         rnea,
         spring_force,
     )
+    from fesd_robot.robot.immovable import immovable_joints
     from fesd_robot.robot.joints import Prismatic
     from fesd_robot.robot.kinematics import center_of_mass, frame_jacobian, frame_placement, frame_velocity
     from fesd_robot.robot.library import PREFIX, example_robots, examples_folder
@@ -114,7 +115,6 @@ if TYPE_CHECKING:
         changes_alone,
         is_height,
         root_height,
-        square_placements,
     )
     from fesd_robot.robot.rotations import continuous_quaternions, quaternion_matrix
     from fesd_robot.robot.round_shapes import (
@@ -149,6 +149,7 @@ else:
                 "rnea",
                 "spring_force",
             ],
+            "fesd_robot.robot.immovable": ["immovable_joints"],
             "fesd_robot.robot.joints": ["Prismatic"],
             "fesd_robot.robot.kinematics": ["center_of_mass", "frame_jacobian", "frame_placement", "frame_velocity"],
             "fesd_robot.robot.library": ["PREFIX", "example_robots", "examples_folder"],
@@ -176,7 +177,6 @@ else:
                 "changes_alone",
                 "is_height",
                 "root_height",
-                "square_placements",
             ],
             "fesd_robot.robot.rotations": ["continuous_quaternions", "quaternion_matrix"],
             "fesd_robot.robot.round_shapes": [

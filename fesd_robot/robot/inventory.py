@@ -57,6 +57,7 @@ def _coordinates(robot: Robot) -> Iterator[dict[str, Any]]:
         if name in robot.velocity_names:
             v = robot.velocity_names.index(name)
             row |= {
+                "velocity": _size(robot.velocity_limit[v]),
                 "effort": _limits(robot.lower_effort[v], robot.upper_effort[v]),
                 "damping": float(robot.model.damping[v]),
                 "armature": float(robot.model.armature[v]),
@@ -68,7 +69,11 @@ def _coordinates(robot: Robot) -> Iterator[dict[str, Any]]:
 
 def _limits(lower: float, upper: float) -> list[float | None] | None:
     ends = [float(end) if np.isfinite(end) else None for end in (lower, upper)]
-    return None if ends == [None, None] or (lower == 0 and upper == 0) else ends
+    return None if ends == [None, None] else ends
+
+
+def _size(limit: float) -> float | None:
+    return float(limit) if np.isfinite(limit) else None
 
 
 def _frames(robot: Robot) -> Iterator[dict[str, Any]]:
@@ -84,7 +89,7 @@ def _shapes(robot: Robot) -> Iterator[dict[str, Any]]:
     pin.framesForwardKinematics(model, data, robot.neutral)
     for shape in robot.collision_shapes:
         pose = data.oMf[robot.frame_id(shape.body)] * shape.placement
-        kind, sizes = _size(shape.geometry)
+        kind, sizes = _shape_size(shape.geometry)
         yield {
             "body": shape.body,
             "name": shape.name,
@@ -99,7 +104,7 @@ def _rounded(pose: pin.SE3) -> list[float]:
     return [float(value) for value in np.round(pose.translation, _DECIMALS) + 0.0]
 
 
-def _size(geometry: Any) -> tuple[str, Sequence[float]]:
+def _shape_size(geometry: Any) -> tuple[str, Sequence[float]]:
     """Return the kind of a shape and its size: a radius, then a length, or the lengths of its edges, m."""
     kind = type(geometry).__name__.lower()
     if kind in ("box", "ellipsoid"):

@@ -16,9 +16,11 @@ import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
 from fesd_robot.robot.couple import in_unison
+from fesd_robot.robot.followers import LimitNotes, with_followers
 from fesd_robot.robot.lock import lock_joints
 from fesd_robot.robot.model_file import ModelFile, note
 from fesd_robot.robot.paths import locate_robot, package_directories
+from fesd_robot.robot.right_angles import SQUARE_AXES, square_axes, square_placements
 from fesd_robot.robot.robot import Robot
 from fesd_robot.robot.root import (
     ROOT_JOINT,
@@ -27,11 +29,11 @@ from fesd_robot.robot.root import (
     Root,
     make_root_joint,
     refuse_second_root,
-    square_placements,
 )
 from fesd_robot.robot.srdf import read_group_states
 from fesd_robot.robot.tree import Tree, build_tree
-from fesd_robot.robot.urdf import check_leaders, check_urdf, urdf_notes
+from fesd_robot.robot.urdf import check_leaders, check_urdf, mimic_joints, urdf_notes
+from fesd_robot.robot.urdf_limits import check_limits, missing_ranges, unread_ranges
 
 _FORMATS = ("robot", "mujoco", "sdf")
 """First elements of URDF, MJCF and SDF files."""
@@ -83,9 +85,9 @@ def load_robot(
         model = lock_joints(model, locked)
     if root == "sagittal":
         composites[ROOT_JOINT] = list(SAGITTAL_NAMES)
-        notes += note(
-            "The last digits of the angles by which {} are placed: they are right angles.", square_placements(model)
-        )
+    notes += note(
+        "The last digits of the angles by which {} are placed: they are right angles.", square_placements(model)
+    )
     if coupled:
         model, signs = in_unison(model, coupled)
     reduced = read.reduced(model, locked or {}, coupled or {}, signs)
@@ -107,15 +109,30 @@ def _read(path: Path, root: Root) -> ModelFile:
     elif document.tag == "sdf":
         if not pin.WITH_SDFORMAT:
             raise RobotError(f"{path}: this build of Pinocchio reads no SDF files; convert it to URDF or MJCF.")
-        read = ModelFile(_build(path, lambda joint: _build_sdf(path, joint), root), "sdf")
+        model = _build(path, lambda joint: _build_sdf(path, joint), root)
+        read = ModelFile(model, "sdf", notes=note(SQUARE_AXES, square_axes(model)))
     else:
-        leaders = check_urdf(path, document)
-        model = _build(path, lambda joint: _build_urdf(path, joint, leaders), root)
-        postures = read_group_states(path, document, model, root)
-        read = ModelFile(model, "urdf", notes=urdf_notes(document, leaders), postures=postures)
+        read = _read_urdf(path, document, root)
     if root != "fixed":
         refuse_second_root(path, read.model, root)
     return read
+
+
+def _read_urdf(path: Path, document: ElementTree.Element, root: Root) -> ModelFile:
+    leaders = check_urdf(path, document)
+    check_limits(path, document)
+    separate = _build(path, lambda joint: _build_urdf(path, joint), root)
+    check_leaders(path, leaders, list(separate.names)[1:])
+    missing, changed = missing_ranges(document), square_axes(separate)
+    model, narrowed = with_followers(path, separate, mimic_joints(document), missing)
+    own: LimitNotes = {("position", name): text for name, text in missing.items() if name not in leaders}
+    return ModelFile(
+        model,
+        "urdf",
+        notes=[*urdf_notes(document, leaders), *unread_ranges(document), *note(SQUARE_AXES, changed)],
+        postures=read_group_states(path, document, model, root),
+        limit_notes={**own, **narrowed},
+    )
 
 
 def robot_from_model(read: ModelFile, *, source: Path, package_directories: tuple[Path, ...]) -> Robot:
@@ -155,6 +172,7 @@ def robot_from_model(read: ModelFile, *, source: Path, package_directories: tupl
         neutral=_frozen(pin.neutral(model)),
         notes=tuple(read.notes),
         shapes=read.shapes,
+        limit_notes=read.limit_notes,
     )
 
 
@@ -231,13 +249,11 @@ def _build(path: Path, build: Callable[[pin.JointModel | None], pin.Model], root
     return model
 
 
-def _build_urdf(path: Path, root_joint: pin.JointModel | None, leaders: Mapping[str, str]) -> pin.Model:
-    if leaders:
-        check_leaders(path, leaders, list(pin.buildModelFromUrdf(str(path)).names)[1:])
-    options = {"mimic": True} if leaders else {}
+def _build_urdf(path: Path, root_joint: pin.JointModel | None) -> pin.Model:
+    """Return the model in which mimic joints have coordinates of their own."""
     if root_joint is None:
-        return pin.buildModelFromUrdf(str(path), **options)
-    return pin.buildModelFromUrdf(str(path), root_joint, ROOT_JOINT, **options)
+        return pin.buildModelFromUrdf(str(path))
+    return pin.buildModelFromUrdf(str(path), root_joint, ROOT_JOINT)
 
 
 def _build_sdf(path: Path, root_joint: pin.JointModel | None) -> pin.Model:

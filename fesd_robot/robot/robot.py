@@ -13,6 +13,7 @@ import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
 from fesd_robot.robot.body_names import SEPARATOR, name_on, shapes_on, visuals_on
+from fesd_robot.robot.followers import LimitNotes
 from fesd_robot.robot.model_file import Format, MultiJointMotor, Shape, Spring, geometry_model, shapes_of
 from fesd_robot.robot.root import ROOT_JOINT
 from fesd_robot.robot.tree import Tree
@@ -48,6 +49,7 @@ class Robot:
         neutral: the configuration with every joint at zero, shape (nq,).
         notes: what the file says that the equations of motion leave out, one sentence each.
         shapes: of all bodies; None where Pinocchio reads them from the file, when they are drawn.
+        limit_notes: limits that are not those of their joint in the file, with where they are from.
         bodies: name -> the same for every free body beside it, which is a part of the model and of all names here, but
             not of the shapes.
     """
@@ -72,6 +74,7 @@ class Robot:
     neutral: np.ndarray = field(repr=False)
     notes: tuple[str, ...]
     shapes: Sequence[Shape] | None = field(default=None, repr=False)
+    limit_notes: LimitNotes = field(default_factory=dict, repr=False)
     bodies: Mapping[str, Robot] = field(default_factory=dict, repr=False)
 
     def frame_id(self, name: str) -> int:

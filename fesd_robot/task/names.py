@@ -88,6 +88,7 @@ def check_values(
     velocity_limits: Mapping[str, tuple[float, float]],
     units: Mapping[str, str] | None = None,
     postures: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+    limit_notes: Mapping[tuple[str, str], str] = MappingProxyType({}),
 ) -> None:
     """Raise the first error, by line, about an initial value, goal, waypoint or apex outside its limits.
 
@@ -101,6 +102,7 @@ def check_values(
         units: name of a configuration coordinate -> ``m`` or ``rad``; with it the error says what the value would be
             in another unit, if that lies within the limits.
         postures: those of the robot's model file; values of one that the task uses are checked, too.
+        limit_notes: ``position`` or ``velocity``, and name -> where the robot's limit is from.
 
     Raises:
         TaskError: some value lies outside; the error names the value and both limits.
@@ -127,14 +129,16 @@ def check_values(
         for name, value in values.items():
             lower, upper = limits.get(name, (-float("inf"), float("inf")))
             if not lower - ROUNDED <= value <= upper + ROUNDED:
-                source = f"limits.{'velocity' if limits is velocity else 'position'}" if name in given else "the robot"
+                kind = "velocity" if limits is velocity else "position"
+                source = f"limits.{kind}" if name in given else "the robot"
+                why = limit_notes.get((kind, name), "") if name not in given else ""
                 words = "one turn in rad" if name in turns and name not in given else f"the limits in {source}"
                 unit = None if limits is velocity else "rad" if name in turns else (units or {}).get(name)
                 problems.append(
                     (
                         (*path, name),
                         f"found {value:g}, expected a value in [{lower:g}, {upper:g}], {words}"
-                        f"{_in_another_unit(value, unit, lower, upper)}",
+                        f"{_in_another_unit(value, unit, lower, upper)}{f' ({_as_part(why)})' if why else ''}",
                     )
                 )
     for name, (lower, upper) in task.limits.velocity.items():
@@ -154,6 +158,10 @@ def check_values(
 
 def _angles(names: Collection[str]) -> list[str]:
     return [angle for joint in orientations_of(names) for angle in angles_of(joint)]
+
+
+def _as_part(sentence: str) -> str:
+    return sentence[:1].lower() + sentence[1:].rstrip(".")
 
 
 _FOREIGN = {"rad": ("degrees", math.pi / 180), "m": ("mm", 1e-3)}
