@@ -27,6 +27,8 @@ __all__ = [
     "RoundShape",
     "SimpleShape",
     "UniformSolid",
+    "angle_between",
+    "angle_expressions",
     "ball",
     "beside",
     "box",
@@ -73,6 +75,7 @@ __all__ = [
     "spring_force",
     "touching_outlines",
     "turned",
+    "turned_by",
     "velocity_units",
     "with_frames",
     "with_joint_properties",
@@ -102,7 +105,17 @@ if TYPE_CHECKING:
     from fesd_robot.robot.load import load_robot, with_frames, with_joint_properties
     from fesd_robot.robot.lock import lock_joints
     from fesd_robot.robot.manifold import configuration_derivative, difference, integrate
-    from fesd_robot.robot.orientations import deviation, interpolated, measured_deviation, slerp, turned, with_turn
+    from fesd_robot.robot.orientations import (
+        angle_between,
+        angle_expressions,
+        deviation,
+        interpolated,
+        measured_deviation,
+        slerp,
+        turned,
+        turned_by,
+        with_turn,
+    )
     from fesd_robot.robot.outline import Outline, touching_outlines
     from fesd_robot.robot.paths import PACKAGE
     from fesd_robot.robot.robot import Robot
@@ -157,11 +170,14 @@ else:
             "fesd_robot.robot.lock": ["lock_joints"],
             "fesd_robot.robot.manifold": ["configuration_derivative", "difference", "integrate"],
             "fesd_robot.robot.orientations": [
+                "angle_between",
+                "angle_expressions",
                 "deviation",
                 "interpolated",
                 "measured_deviation",
                 "slerp",
                 "turned",
+                "turned_by",
                 "with_turn",
             ],
             "fesd_robot.robot.outline": ["Outline", "touching_outlines"],

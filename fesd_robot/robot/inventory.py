@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.orientations import turn_entries
 from fesd_robot.robot.robot import Robot
 from fesd_robot.robot.units import configuration_units
 
@@ -45,13 +46,17 @@ def _postures(robot: Robot) -> Iterator[dict[str, Any]]:
 
 
 def _coordinates(robot: Robot) -> Iterator[dict[str, Any]]:
-    """Yield the properties of every joint coordinate; those of several entries have none here."""
-    units = configuration_units(robot)
+    """Yield the properties of every joint coordinate, a cosine and sine as their angle; quaternions have none here."""
+    units, turns = configuration_units(robot), turn_entries(robot.configuration_names)
     springs = {v: [stiffness, rest] for v, _, stiffness, rest in robot.springs}
-    for index, name in enumerate(robot.configuration_names):
+    first = {at.start: name for name, at in turns.items()}
+    for index, entry in enumerate(robot.configuration_names):
+        if any(at.start < index < at.stop for at in turns.values()):
+            continue
+        name = first.get(index, entry)
         row: dict[str, Any] = {
             "name": name,
-            "unit": units[name],
+            "unit": units.get(name, "rad"),
             "limits": _limits(robot.lower_position[index], robot.upper_position[index]),
         }
         if name in robot.velocity_names:

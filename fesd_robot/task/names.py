@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from fesd_robot.errors import nearest
 from fesd_robot.exactness import ROUNDED
-from fesd_robot.orientations import angles_of, orientations_of, value_names
+from fesd_robot.orientations import angle_names, value_names
 from fesd_robot.task.constraints import BodyPoint, SwingClearance
 from fesd_robot.task.contacts import BodyContact, TwoBodyContact
 from fesd_robot.task.costs import COST_TERMS
@@ -93,7 +93,7 @@ def check_values(
     """Raise the first error, by line, about an initial value, goal, waypoint or apex outside its limits.
 
     Values that the task gives are checked, and velocities of the start that it leaves at 0; limits in the task come
-    before those passed in. An angle of an orientation is one turn at most, as limits that nothing else gives.
+    before those passed in. An angle of an orientation or a turn is one turn at most, as limits that nothing else gives.
 
     Args:
         task: the task, its names already checked.
@@ -107,7 +107,7 @@ def check_values(
     Raises:
         TaskError: some value lies outside; the error names the value and both limits.
     """
-    turns = dict.fromkeys(_angles(configuration_limits), (-2 * math.pi, 2 * math.pi))
+    turns = dict.fromkeys(angle_names(configuration_limits), (-2 * math.pi, 2 * math.pi))
     configuration = {**turns, **configuration_limits, **task.limits.position}
     velocity = {**velocity_limits, **task.limits.velocity}
     groups: list[tuple[KeyPath, Mapping[str, float], Mapping[str, tuple[float, float]]]] = []
@@ -154,10 +154,6 @@ def check_values(
     error = task.origins.first_error(problems)
     if error is not None:
         raise error
-
-
-def _angles(names: Collection[str]) -> list[str]:
-    return [angle for joint in orientations_of(names) for angle in angles_of(joint)]
 
 
 def _as_part(sentence: str) -> str:
