@@ -75,5 +75,5 @@ def _check_start(
     if outside[worst] > WRITTEN:
         raise parts.task.error(
             ("limits", "position", names[worst]),
-            "found limits that the initial orientation is outside of, expected limits with the start between them",
+            "found limits that the initial angle is outside of, expected limits with the start between them",
         )

@@ -32,7 +32,8 @@ class Follower(NamedTuple):
     @property
     def law(self) -> str:
         """How it follows, as ``-2 hip + 1``."""
-        return f"{self.ratio:g} {self.leader}" + (f" {self.offset:+g}".replace("+", "+ ").replace("-", "- "))
+        shift = f" {'-' if self.offset < 0 else '+'} {abs(self.offset):g}" if self.offset else ""
+        return f"{self.ratio:g} {self.leader}{shift}"
 
 
 def common_range(own: tuple[float, float], other: tuple[float, float]) -> tuple[float, float] | None:

@@ -65,7 +65,7 @@ def angle_expressions(names: Sequence[str], q: ca.SX) -> dict[str, ca.SX]:
         names: of the coordinates of q, (n_q).
         q: configuration, SX (n_q).
     """
-    found = {}
+    found: dict[str, ca.SX] = {}
     for joint, at in quaternion_entries(names).items():
         turn = rotations.quaternion_matrix(q[at])
         level = ca.sqrt(turn[0, 0] ** 2 + turn[1, 0] ** 2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import MappingProxyType
+from typing import Literal
 
 from fesd_robot.errors import nearest
 from fesd_robot.exactness import ROUNDED
@@ -88,7 +89,7 @@ def check_values(
     velocity_limits: Mapping[str, tuple[float, float]],
     units: Mapping[str, str] | None = None,
     postures: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
-    limit_notes: Mapping[tuple[str, str], str] = MappingProxyType({}),
+    limit_notes: Mapping[tuple[Literal["position", "velocity"], str], str] = MappingProxyType({}),
 ) -> None:
     """Raise the first error, by line, about an initial value, goal, waypoint or apex outside its limits.
 
@@ -129,7 +130,7 @@ def check_values(
         for name, value in values.items():
             lower, upper = limits.get(name, (-float("inf"), float("inf")))
             if not lower - ROUNDED <= value <= upper + ROUNDED:
-                kind = "velocity" if limits is velocity else "position"
+                kind: Literal["position", "velocity"] = "velocity" if limits is velocity else "position"
                 source = f"limits.{kind}" if name in given else "the robot"
                 why = limit_notes.get((kind, name), "") if name not in given else ""
                 words = "one turn in rad" if name in turns and name not in given else f"the limits in {source}"
