@@ -32,6 +32,7 @@ from fesd_robot.robot import (
     Root,
     configuration_units,
     load_robot,
+    square_placements,
     velocity_units,
     with_joint_properties,
 )
@@ -136,6 +137,8 @@ def model_motion_of(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
     if any(section.root != "fixed" for section in (task.robot, *task.bodies.values())):
         root: Root = "fixed" if task.robot.root == "fixed" else "free_flyer"
         free = load_robot(task.locate_model(), root=root, search_path=task.folder)
+        if task.robot.root == "sagittal":
+            square_placements(free.model)
         free = with_bodies(task, free, locked=False, floating=True)
     joints = plan.full_model.joints if plan.full_model else {}
     efforts = {name: joint.effort for name, joint in joints.items()}

@@ -73,6 +73,7 @@ __all__ = [
     "simple_shape",
     "slerp",
     "spring_force",
+    "square_placements",
     "touching_outlines",
     "turned",
     "turned_by",
@@ -118,6 +119,7 @@ if TYPE_CHECKING:
     )
     from fesd_robot.robot.outline import Outline, touching_outlines
     from fesd_robot.robot.paths import PACKAGE
+    from fesd_robot.robot.right_angles import square_placements
     from fesd_robot.robot.robot import Robot
     from fesd_robot.robot.root import (
         FLYER_HEIGHT,
@@ -182,6 +184,7 @@ else:
             ],
             "fesd_robot.robot.outline": ["Outline", "touching_outlines"],
             "fesd_robot.robot.paths": ["PACKAGE"],
+            "fesd_robot.robot.right_angles": ["square_placements"],
             "fesd_robot.robot.robot": ["Robot"],
             "fesd_robot.robot.root": [
                 "FLYER_HEIGHT",

@@ -20,7 +20,7 @@ from fesd_robot.robot.followers import LimitNotes, with_followers
 from fesd_robot.robot.lock import lock_joints
 from fesd_robot.robot.model_file import ModelFile, note
 from fesd_robot.robot.paths import locate_robot, package_directories
-from fesd_robot.robot.right_angles import SQUARE_AXES, square_axes, square_placements
+from fesd_robot.robot.right_angles import SQUARE_AXES, SQUARE_PLACEMENTS, square_axes, square_placements
 from fesd_robot.robot.robot import Robot
 from fesd_robot.robot.root import (
     ROOT_JOINT,
@@ -85,9 +85,8 @@ def load_robot(
         model = lock_joints(model, locked)
     if root == "sagittal":
         composites[ROOT_JOINT] = list(SAGITTAL_NAMES)
-    notes += note(
-        "The last digits of the angles by which {} are placed: they are right angles.", square_placements(model)
-    )
+    if root in ("fixed", "sagittal"):  # with others nothing stays in a plane
+        notes += note(SQUARE_PLACEMENTS, square_placements(model))
     if coupled:
         model, signs = in_unison(model, coupled)
     reduced = read.reduced(model, locked or {}, coupled or {}, signs)

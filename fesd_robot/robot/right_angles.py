@@ -13,6 +13,8 @@ _ROUNDING = 1e-5
 
 SQUARE_AXES = "The last digits of the axes of {}: entries up to 1e-05 are zero."
 
+SQUARE_PLACEMENTS = "The last digits of the angles by which {} are placed: they are right angles."
+
 _ALIGNED = {
     "RevoluteUnaligned": (pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ),
     "PrismaticUnaligned": (pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ),
