@@ -225,8 +225,7 @@ def _contacts(motion: MotionProblem) -> list[str]:
         physical = motion.contacts[i]
         inelastic = "" if physical.restitution else ", inelastic"
         lines.append(
-            f"{name}: {what}, {_law(physical)}{inelastic}"
-            f"{_slipping(contact)}; "
+            f"{name}: {what}, {_law(physical)}{inelastic}{_slipping(contact)}; "
             f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
         )
     lines += described_space(motion)
