@@ -14,11 +14,13 @@ import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
 from fesd_robot.robot.couple import in_unison
+from fesd_robot.robot.followers import LimitNotes, with_followers
 from fesd_robot.robot.lock import lock_joints
 from fesd_robot.robot.model_file import ModelFile, note
 from fesd_robot.robot.paths import locate_robot, package_directories
 from fesd_robot.robot.plausible import check_inertias, unit_warnings
 from fesd_robot.robot.reader_errors import captured_errors, last_sentence
+from fesd_robot.robot.right_angles import SQUARE_AXES, SQUARE_PLACEMENTS, square_axes, square_placements
 from fesd_robot.robot.robot import Robot
 from fesd_robot.robot.root import (
     ROOT_JOINT,
@@ -27,12 +29,12 @@ from fesd_robot.robot.root import (
     Root,
     make_root_joint,
     refuse_second_root,
-    square_placements,
 )
 from fesd_robot.robot.srdf import read_group_states
 from fesd_robot.robot.tree import Tree, build_tree
-from fesd_robot.robot.urdf import check_leaders, check_urdf, refuse_xacro, urdf_notes
+from fesd_robot.robot.urdf import check_leaders, check_urdf, mimic_joints, refuse_xacro, urdf_notes
 from fesd_robot.robot.urdf_elements import check_elements, longest_shape
+from fesd_robot.robot.urdf_limits import check_limits, missing_ranges, unread_ranges
 from fesd_robot.robot.urdf_model import check_model
 from fesd_robot.robot.urdf_tree import read_tree
 from fesd_robot.robot.xml_file import read_xml, xml_text
@@ -89,9 +91,8 @@ def load_robot(
         model = lock_joints(model, locked)
     if root == "sagittal":
         composites[ROOT_JOINT] = list(SAGITTAL_NAMES)
-        notes += note(
-            "The last digits of the angles by which {} are placed: they are right angles.", square_placements(model)
-        )
+    if root in ("fixed", "sagittal"):  # with others nothing stays in a plane
+        notes += note(SQUARE_PLACEMENTS, square_placements(model))
     if coupled:
         model, signs = in_unison(model, coupled)
     reduced = read.reduced(model, locked or {}, coupled or {}, signs)
@@ -113,7 +114,8 @@ def _read(path: Path, root: Root) -> ModelFile:
     elif document.tag == "sdf":
         if not pin.WITH_SDFORMAT:
             raise RobotError(f"{path}: this build of Pinocchio reads no SDF files; convert it to URDF or MJCF.")
-        read = ModelFile(_build(path, lambda joint: _build_sdf(path, joint), root), "sdf")
+        model = _build(path, lambda joint: _build_sdf(path, joint), root)
+        read = ModelFile(model, "sdf", notes=note(SQUARE_AXES, square_axes(model)))
     else:
         read = _read_urdf(path, document, root)
     if read.model.nv:
@@ -129,10 +131,21 @@ def _read_urdf(path: Path, document: ElementTree.Element, root: Root) -> ModelFi
     check_elements(path, document)
     tree = read_tree(path, document)
     leaders = check_urdf(path, document)
-    model = _build(path, lambda joint: _build_urdf(path, xml_text(document), joint, leaders), root)
-    check_model(path, tree, model)
-    postures = read_group_states(path, document, model, root)
-    return ModelFile(model, "urdf", notes=urdf_notes(document, leaders), postures=postures)
+    check_limits(path, document)
+    text = xml_text(document)
+    separate = _build(path, lambda joint: _build_urdf(text, joint), root)
+    check_model(path, tree, separate)
+    check_leaders(path, leaders, list(separate.names)[1:])
+    missing, changed = missing_ranges(document), square_axes(separate)
+    model, narrowed = with_followers(path, separate, mimic_joints(document), missing)
+    own: LimitNotes = {("position", name): each for name, each in missing.items() if name not in leaders}
+    return ModelFile(
+        model,
+        "urdf",
+        notes=[*urdf_notes(document, leaders), *unread_ranges(document), *note(SQUARE_AXES, changed)],
+        postures=read_group_states(path, document, model, root),
+        limit_notes={**own, **narrowed},
+    )
 
 
 def robot_from_model(read: ModelFile, *, source: Path, package_directories: tuple[Path, ...]) -> Robot:
@@ -173,6 +186,7 @@ def robot_from_model(read: ModelFile, *, source: Path, package_directories: tupl
         notes=tuple(read.notes),
         warnings=tuple(read.warnings),
         shapes=read.shapes,
+        limit_notes=read.limit_notes,
     )
 
 
@@ -248,13 +262,11 @@ def _build(path: Path, build: Callable[[pin.JointModel | None], pin.Model], root
     return model
 
 
-def _build_urdf(path: Path, text: str, root_joint: pin.JointModel | None, leaders: Mapping[str, str]) -> pin.Model:
-    if leaders:
-        check_leaders(path, leaders, list(pin.buildModelFromXML(text).names)[1:])
-    options = {"mimic": True} if leaders else {}
+def _build_urdf(text: str, root_joint: pin.JointModel | None) -> pin.Model:
+    """Return the model in which mimic joints have coordinates of their own."""
     if root_joint is None:
-        return pin.buildModelFromXML(text, **options)
-    return pin.buildModelFromXML(text, root_joint, ROOT_JOINT, **options)
+        return pin.buildModelFromXML(text)
+    return pin.buildModelFromXML(text, root_joint, ROOT_JOINT)
 
 
 def _build_sdf(path: Path, root_joint: pin.JointModel | None) -> pin.Model:

@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
 from fesd_robot.robot.body_names import SEPARATOR, name_on, shapes_on, visuals_on
+from fesd_robot.robot.followers import LimitNotes
 from fesd_robot.robot.model_file import Format, MultiJointMotor, Shape, Spring, geometry_model, shapes_of
 from fesd_robot.robot.reader_errors import captured_errors, last_sentence
 from fesd_robot.robot.root import ROOT_JOINT
@@ -50,6 +51,7 @@ class Robot:
         notes: what the file says that the equations of motion leave out, one sentence each.
         warnings: what in the file is perhaps not meant, one sentence each.
         shapes: of all bodies; None where Pinocchio reads them from the file, when they are drawn.
+        limit_notes: limits that are not those of their joint in the file, with where they are from.
         bodies: name -> the same for every free body beside it, which is a part of the model and of all names here, but
             not of the shapes.
     """
@@ -75,6 +77,7 @@ class Robot:
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
     shapes: Sequence[Shape] | None = field(default=None, repr=False)
+    limit_notes: LimitNotes = field(default_factory=dict, repr=False)
     bodies: Mapping[str, Robot] = field(default_factory=dict, repr=False)
 
     def frame_id(self, name: str) -> int:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fesd_robot.errors import RobotError, nearest
+from fesd_robot.robot.followers import Follower
 from fesd_robot.robot.model_file import note
 
 _UNDRIVEN = ("fixed", "floating", "planar")
@@ -53,6 +54,18 @@ def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
                 "make both revolute."
             )
     return leaders
+
+
+def mimic_joints(root: ElementTree.Element) -> list[Follower]:
+    """Return the joints of a file that follow others, of a file that can be built."""
+    mimics = [
+        (joint.get("name", ""), joint.find("mimic")) for joint in root.findall("joint") if joint.get("type") != "fixed"
+    ]
+    return [
+        Follower(name, law.get("joint", ""), float(law.get("multiplier", "1")), float(law.get("offset", "0")))
+        for name, law in mimics
+        if law is not None
+    ]
 
 
 def urdf_notes(root: ElementTree.Element, leaders: Mapping[str, str]) -> list[str]:

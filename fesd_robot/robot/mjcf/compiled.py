@@ -30,7 +30,7 @@ def compiled_mjcf(path: Path) -> mujoco.MjModel:
             model = mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, mujoco.FatalError, UnicodeDecodeError) as error:
         raise RobotError(f"{path} cannot be read: {in_one_sentence(str(error))}.") from error
-    for sentence in chain(_unusable(model), _left_out(model)):
+    for sentence in chain(_unusable(model), _wrong_ranges(model), _left_out(model)):
         raise RobotError(f"{path}: {sentence}.")
     return model
 
@@ -75,6 +75,23 @@ def name_of(model: mujoco.MjModel, kind: str, index: int) -> str:
 def disabled(model: mujoco.MjModel, what: str) -> bool:
     """Return whether an option of the file turns something off, ``GRAVITY``, ``SPRING`` or ``DAMPER``."""
     return bool(model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}"))
+
+
+def _wrong_ranges(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield a sentence for every range of no width or the wrong way round, which MuJoCo would take as no limit."""
+    ranges = {
+        ("joint", "range"): (model.jnt_limited, model.jnt_range),
+        ("joint", "actuatorfrcrange"): (model.jnt_actfrclimited, model.jnt_actfrcrange),
+        ("actuator", "ctrlrange"): (model.actuator_ctrllimited, model.actuator_ctrlrange),
+        ("actuator", "forcerange"): (model.actuator_forcelimited, model.actuator_forcerange),
+    }
+    for (kind, key), (limited, values) in ranges.items():
+        for index, limits in enumerate(values):
+            if not limited[index] and limits[0] >= limits[1] and np.any(limits):
+                yield (
+                    f"found {key} [{limits[0]:g}, {limits[1]:g}] of {kind} '{name_of(model, kind, index)}', which "
+                    "MuJoCo takes as no limit, expected lower < upper"
+                )
 
 
 def _left_out(model: mujoco.MjModel) -> Iterator[str]:
