@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
 from pathlib import Path
+
+_NUMBER = re.compile(r"^\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([a-zA-Z°%][^\d]*)?$")
+"""A number, with a point or a comma, and what may be its unit."""
 
 
 class FesdRobotError(Exception):
@@ -100,3 +104,11 @@ def nearest_file(path: Path) -> str:
         hint = nearest(path.name, names)
         return hint if hint.startswith(" (did") else ""
     return "" if folder.is_dir() else f" (nor a folder {folder})"
+
+
+def number_hint(text: str) -> str:
+    """Return how to write a number that has a unit or a decimal comma, to follow "expected a number"; else nothing."""
+    if not (match := _NUMBER.match(text)):
+        return ""
+    number, unit = match.groups()
+    return " without unit, in SI units and radians" if unit else f", written {number.replace(',', '.')}"

@@ -1,12 +1,16 @@
-"""Orientations by the names of their entries: four of a unit quaternion in q, three angles in tasks and reports.
+"""Orientations and turns by the names of their entries in q, and by their angles in tasks and reports.
 
 An orientation is a joint ``J`` of a robot with the coordinates ``J.qx .qy .qz .qw``. Its angles are ``J.roll``,
 ``J.pitch`` and ``J.yaw``, rad, with R = Rz(yaw) Ry(pitch) Rx(roll), as URDF's rpy. As names of a deviation they are the
 components of the rotation vector log(R_ref^T R) about the body's x, y and z.
+
+A turn is that of a joint ``J`` without limits, as a continuous or a planar one, with the coordinates ``J.cos`` and
+``J.sin``. Its angle, rad, is called ``J``; as a name of a deviation it is the turn from the reference, the short way.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
@@ -15,6 +19,7 @@ if TYPE_CHECKING:
 
 QUATERNION = (".qx", ".qy", ".qz", ".qw")
 ANGLES = (".roll", ".pitch", ".yaw")
+COSINE_AND_SINE = (".cos", ".sin")
 
 Value = TypeVar("Value")
 
@@ -35,14 +40,27 @@ def angles_of(joint: str) -> list[str]:
     return [joint + suffix for suffix in ANGLES]
 
 
+def turns_of(names: Collection[str]) -> list[str]:
+    """Return the joints, and by that their angles, whose cosine and sine are among names of coordinates, in order."""
+    firsts = [name.removesuffix(COSINE_AND_SINE[0]) for name in names if name.endswith(COSINE_AND_SINE[0])]
+    return [joint for joint in firsts if all(entry in names for entry in turn_of(joint))]
+
+
+def turn_of(joint: str) -> list[str]:
+    """Return the names of the cosine and the sine of a joint."""
+    return [joint + suffix for suffix in COSINE_AND_SINE]
+
+
 def deviation_names(names: Collection[str]) -> list[str]:
-    """Return the names of a deviation: those of the coordinates, with three angles in the place of a quaternion."""
-    firsts = {quaternion_of(joint)[0]: joint for joint in orientations_of(names)}
-    parts = {entry for joint in firsts.values() for entry in quaternion_of(joint)}
+    """Return the names of a deviation: those of the coordinates, with angles in the place of quaternions and turns."""
+    angles = {quaternion_of(joint)[0]: angles_of(joint) for joint in orientations_of(names)}
+    angles |= {turn_of(joint)[0]: [joint] for joint in turns_of(names)}
+    parts = {entry for joint in orientations_of(names) for entry in quaternion_of(joint)}
+    parts |= {entry for joint in turns_of(names) for entry in turn_of(joint)}
     found: list[str] = []
     for name in names:
-        if name in firsts:
-            found += angles_of(firsts[name])
+        if name in angles:
+            found += angles[name]
         elif name not in parts:
             found.append(name)
     return found
@@ -51,20 +69,27 @@ def deviation_names(names: Collection[str]) -> list[str]:
 def value_names(names: Iterable[str]) -> list[str]:
     """Return the names by which a configuration may be written: those of the coordinates, and angles."""
     own = list(names)
-    return [*own, *(angle for joint in orientations_of(own) for angle in angles_of(joint))]
+    return [*own, *angle_names(own)]
+
+
+def angle_names(names: Collection[str]) -> list[str]:
+    """Return the angles of orientations and turns that are no coordinates themselves."""
+    return [*(angle for joint in orientations_of(names) for angle in angles_of(joint)), *turns_of(names)]
 
 
 def lists(values: Collection[str], name: str) -> bool:
     """Return whether a configuration with these names determines a coordinate, or an angle of a deviation."""
     joint, dot, suffix = name.rpartition(".")
-    if name in values or dot + suffix not in ANGLES:
-        return name in values
+    if name in values or all(entry in values for entry in turn_of(name)):
+        return True
+    if dot + suffix not in ANGLES:
+        return False
     return any(entry in values for entry in (*angles_of(joint), *quaternion_of(joint)))
 
 
 def layered(below: Mapping[str, Value], above: Mapping[str, Value]) -> dict[str, Value]:
-    """Merge values, those above first; a quaternion there takes away the angles below it."""
-    hidden = {angle for joint in orientations_of(above) for angle in angles_of(joint)}
+    """Merge values, those above first; a quaternion, or a cosine and sine, takes away the angles below it."""
+    hidden = set(angle_names(above))
     return {**{name: value for name, value in below.items() if name not in hidden}, **above}
 
 
@@ -77,6 +102,22 @@ def quaternion_entries(names: Sequence[str]) -> dict[str, slice]:
     own = list(names)
     starts = {joint: own.index(quaternion_of(joint)[0]) for joint in orientations_of(own)}
     return {joint: slice(start, start + 4) for joint, start in starts.items()}
+
+
+def turn_entries(names: Sequence[str]) -> dict[str, slice]:
+    """Return joint -> the entries of its cosine and sine in q.
+
+    Args:
+        names: of the coordinates of q, (n_q).
+    """
+    own = list(names)
+    starts = {joint: own.index(turn_of(joint)[0]) for joint in turns_of(own)}
+    return {joint: slice(start, start + 2) for joint, start in starts.items()}
+
+
+def unit_entries(names: Sequence[str]) -> list[slice]:
+    """Return the entries of q that have the length one together: quaternions, and cosines with their sines."""
+    return [*quaternion_entries(names).values(), *turn_entries(names).values()]
 
 
 def with_unit_quaternions(names: Sequence[str], q: np.ndarray) -> np.ndarray:
@@ -113,22 +154,28 @@ def roll_pitch_yaw(quaternion: np.ndarray) -> np.ndarray:
 
 
 def with_angles(values: Mapping[str, float]) -> dict[str, float]:
-    """Return values by name with roll, pitch and yaw, rad, in the place of every quaternion."""
+    """Return values by name with angles, rad, in the place of every quaternion, and of every cosine and sine."""
     import numpy as np
 
     found = dict(values)
     for joint in orientations_of(values):
         quaternion = np.array([values[entry] for entry in quaternion_of(joint)])
         found |= dict(zip(angles_of(joint), roll_pitch_yaw(quaternion).tolist(), strict=True))
+    for joint in turns_of(values):
+        cosine, sine = (values[entry] for entry in turn_of(joint))
+        found[joint] = math.atan2(sine, cosine)
     return {name: found[name] for name in deviation_names(values)}
 
 
 def columns_with_angles(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return a motion by name, (n) each, with roll, pitch and yaw in the place of quaternions; no jumps by 2 pi."""
+    """Return a motion by name, (n) each, with angles in the place of quaternions and turns; no jumps by 2 pi."""
     import numpy as np
 
     found = dict(columns)
     for joint in orientations_of(columns):
         rows = np.column_stack([columns[entry] for entry in quaternion_of(joint)])
         found |= dict(zip(angles_of(joint), np.unwrap(roll_pitch_yaw(rows), axis=0).T, strict=True))
+    for joint in turns_of(columns):
+        cosine, sine = (columns[entry] for entry in turn_of(joint))
+        found[joint] = np.unwrap(np.arctan2(sine, cosine))
     return {name: found[name] for name in deviation_names(columns)}

@@ -110,12 +110,17 @@ def _is_model(text: str) -> bool:
 
 
 def _show_model(robot: Robot, *, frames: bool, shapes: bool, as_json: bool) -> None:
+    from fesd_robot.robot import immovable_joints
     from fesd_robot.robot.inventory import inventory
 
     asked = [name for name, yes in (("frames", frames), ("shapes", shapes)) if yes]
     tables = inventory(robot, asked or ["coordinates", "motors", "postures"])
+    limits = list(robot.limit_notes.values())
+    velocities = -robot.velocity_limit, robot.velocity_limit
+    immovable = immovable_joints(robot, (robot.lower_position, robot.upper_position), velocities)
+    said = {"warnings": [*robot.warnings, *immovable], "limits": limits, "left out": list(robot.notes)}
     if as_json:
-        typer.echo(json.dumps({**tables, "left out": list(robot.notes)}, indent=2))
+        typer.echo(json.dumps({**tables, **said}, indent=2))
         return
     typer.echo(f"{robot.name}: {robot.model.nv} degrees of freedom, {sum(i.mass for i in robot.model.inertias):.6g} kg")
     for name, rows in tables.items():
@@ -124,9 +129,10 @@ def _show_model(robot: Robot, *, frames: bool, shapes: bool, as_json: bool) -> N
             columns = list(dict.fromkeys(key for row in rows for key in row))
             cells = [[_cell(row.get(column)) for column in columns] for row in rows]
             typer.echo("\n".join(aligned([columns, *cells])))
-    if robot.notes:
-        typer.echo("\nLeft out:")
-        typer.echo("\n".join(f"  {note}" for note in robot.notes))
+    for label, sentences in said.items():
+        if sentences:
+            typer.echo(f"\n{label.capitalize()}:")
+            typer.echo("\n".join(f"  {sentence}" for sentence in sentences))
 
 
 def _propose_sagittal(source: str, *, as_json: bool) -> None:

@@ -14,6 +14,7 @@ from fesd_robot.contact.geometry import (
     contact_of,
     frames_of,
     needs_space,
+    out_of_plane,
 )
 from fesd_robot.contact.ground import Ground, Plane, Profile, Surface, Terrain, Wall
 from fesd_robot.contact.kinds import FRICTION_AFTER_IMPACT
@@ -67,6 +68,7 @@ __all__ = [
     "leaves_plane",
     "modes_of",
     "needs_space",
+    "out_of_plane",
     "point_contact",
     "two_balls_contact",
     "two_circles_contact",

@@ -12,7 +12,7 @@ from fesd_robot.contact.boxes import circle_box_contact
 from fesd_robot.contact.circles import circle_contact, two_circles_contact
 from fesd_robot.contact.ground import Surface
 from fesd_robot.contact.model import Contact
-from fesd_robot.contact.points import leaves_plane, point_contact
+from fesd_robot.contact.points import leading_out_of_plane, leaves_plane, point_contact
 from fesd_robot.contact.two_in_space import Facing, ball_box_contact, two_balls_contact
 from fesd_robot.robot import Robot
 
@@ -154,6 +154,17 @@ def needs_space(robot: Robot, configuration: ca.SX, geometries: Mapping[str, Con
         for geometry in geometries.values()
         for frame in frames_of(geometry)
     )
+
+
+def out_of_plane(robot: Robot, configuration: ca.SX, geometry: ContactGeometry) -> list[str]:
+    """Return the velocity coordinates that move what a contact is between out of the x-z plane.
+
+    Args:
+        configuration: q, SX symbols (n_q).
+    """
+    turning = not isinstance(geometry, PointOnSurface)
+    found = [leading_out_of_plane(robot, configuration, frame, turning=turning) for frame in frames_of(geometry)]
+    return list(dict.fromkeys(name for names in found for name in names))
 
 
 def frames_of(geometry: ContactGeometry) -> list[str]:

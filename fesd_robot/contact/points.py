@@ -114,8 +114,18 @@ def leaves_plane(robot: Robot, configuration: ca.SX, frame: str, *, turning: boo
         configuration: q, SX symbols (n_q).
         turning: whether turning matters.
     """
-    jacobian = frame_jacobian(robot, configuration, frame)
-    return not all(_vanishes(jacobian[row, :]) for row in ((1, 3, 5) if turning else (1,)))
+    return bool(leading_out_of_plane(robot, configuration, frame, turning=turning))
+
+
+def leading_out_of_plane(robot: Robot, configuration: ca.SX, frame: str, *, turning: bool) -> list[str]:
+    """Return the velocity coordinates that move a frame out of the x-z plane, or turn it out of it where that matters.
+
+    Args:
+        configuration: q, SX symbols (n_q).
+        turning: whether turning matters.
+    """
+    rows = frame_jacobian(robot, configuration, frame)[[1, 3, 5] if turning else [1], :]
+    return [name for column, name in enumerate(robot.velocity_names) if not _vanishes(rows[:, column].T)]
 
 
 def _constant(vector: np.ndarray) -> ca.SX:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fesd_robot.ocp import MotionProblem, standings_of, waypoint_times
 from fesd_robot.orientations import with_angles
-from fesd_robot.robot import configuration_units
+from fesd_robot.robot import deviation_units
 from fesd_robot.task import COST_TERMS, Goal, PointTarget, Task, Waypoint, along_axes, listed
 
 
@@ -44,11 +44,17 @@ def described_waypoints(motion: MotionProblem) -> list[str]:
     return lines
 
 
+def described_limits(motion: MotionProblem) -> list[str]:
+    """Say where limits are from that are not those of their joint in the file, unless the task replaces them."""
+    given = {"position": motion.task.limits.position, "velocity": motion.task.limits.velocity}
+    return [text for (kind, name), text in motion.robot.limit_notes.items() if name not in given[kind]]
+
+
 def described_standing(motion: MotionProblem) -> list[str]:
     """Return a sentence for each `stand_on`, with the coordinates that were found for it."""
-    units, states, lines = configuration_units(motion.robot), dict(motion.task.states), []
+    units, states, lines = deviation_units(motion.robot), dict(motion.task.states), []
     for standing in standings_of(motion.task, motion.robot):
-        found = states[standing.path].configuration
+        found = with_angles(states[standing.path].configuration)
         values = ", ".join(f"{name} {found[name]:.6g} {units[name]}" for name in standing.adjust)
         key, *number = standing.path
         where = {"initial": "the start", "goal": "the goal"}.get(key) or f"waypoint {int(number[0]) + 1}"

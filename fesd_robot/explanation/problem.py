@@ -13,10 +13,12 @@ from fesd_robot.errors import RobotError
 from fesd_robot.explanation.descriptions import (
     described_constraints,
     described_costs,
+    described_limits,
     described_points,
     described_standing,
     described_waypoints,
 )
+from fesd_robot.explanation.space import described_space
 from fesd_robot.explanation.table import aligned
 from fesd_robot.explanation.warnings import reference_gaps, task_warnings
 from fesd_robot.mpcc import Mpcc
@@ -127,6 +129,7 @@ def _robot(motion: MotionProblem) -> list[str]:
         *_damping(robot),
         *_springs(robot),
         *_dry_friction(robot),
+        *described_limits(motion),
         *_shapes(motion),
     ]
 
@@ -222,10 +225,10 @@ def _contacts(motion: MotionProblem) -> list[str]:
         physical = motion.contacts[i]
         inelastic = "" if physical.restitution else ", inelastic"
         lines.append(
-            f"{name}: {what}, {_law(physical)}{inelastic}"
-            f"{_slipping(contact)}; "
+            f"{name}: {what}, {_law(physical)}{inelastic}{_slipping(contact)}; "
             f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
         )
+    lines += described_space(motion)
     if not motion.contact_system.clock_stops:
         return [*lines, "Impacts are impulses between two finite elements."]
     origin = "chosen from the weight" if motion.task.method.auxiliary_force == "auto" else "as given"

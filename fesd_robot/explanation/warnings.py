@@ -13,7 +13,7 @@ from fesd_robot.exactness import NO_VELOCITY, ROUNDED, WRITTEN
 from fesd_robot.ocp import TOUCHING, MotionProblem, mirrored, numeric_physics, posture_of, touching_configuration
 from fesd_robot.plans.overlaps import overlaps
 from fesd_robot.recovery import holding_effort, normal_rows
-from fesd_robot.robot import ROOT_HEIGHT, configuration_units
+from fesd_robot.robot import ROOT_HEIGHT, configuration_units, immovable_joints
 from fesd_robot.task import GROUND, Jumps
 
 NEAR_SURFACE = 0.1
@@ -46,7 +46,9 @@ def task_warnings(motion: MotionProblem) -> list[str]:
     Of a motion that repeats the start is free, so that nothing is said about what happens there.
     """
     return [
+        *motion.robot.warnings,
         *_degrees(motion),
+        *_immovable(motion),
         *_far_from_the_ground(motion),
         *([] if motion.task.goal.periodic else _at_the_start(motion)),
         *([] if motion.task.goal.periodic else _overlapping(motion)),
@@ -81,6 +83,15 @@ def _degrees(motion: MotionProblem) -> Iterator[str]:
                     f"{key}.{name} is {value:g} rad, {abs(value) / (2 * math.pi):.2g} turns; {value:g} degrees would "
                     f"be {math.radians(value):.6g} rad."
                 )
+
+
+def _immovable(motion: MotionProblem) -> Iterator[str]:
+    limits = motion.limits
+    return immovable_joints(
+        motion.robot,
+        (limits.lower_position, limits.upper_position),
+        (limits.lower_velocity, limits.upper_velocity),
+    )
 
 
 def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:

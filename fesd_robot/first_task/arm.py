@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from fesd_robot.errors import RobotError
 from fesd_robot.first_task.feet import limbs_of
-from fesd_robot.first_task.posture import Leg, clipped, leg_to, solved
+from fesd_robot.first_task.posture import Leg, clipped, joint_values, leg_to, solved
 from fesd_robot.first_task.proposal import Contact, Proposal, RobotSection, State, what_moves
 from fesd_robot.robot import Robot
 
@@ -61,10 +61,7 @@ def reach(name: str, robot: Robot, section: RobotSection, feet: Sequence[str]) -
             f"{robot.source}: found no posture in which {arm.frame} touches the ground ({height:.3g} m from it); name "
             "another body by --foot"
         )
-    values = {
-        which: {robot.configuration_names[e]: float(at[e]) for e in (robot.model.joints[j].idx_q for j in arm.joints)}
-        for which, at in (("start", start), ("end", end))
-    }
+    values = {which: joint_values(robot, at, arm.joints) for which, at in (("start", start), ("end", end))}
     adjust = tuple(values["end"])
     return [
         Proposal(

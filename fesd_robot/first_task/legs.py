@@ -10,7 +10,7 @@ import pinocchio as pin
 from fesd_robot.errors import RobotError
 from fesd_robot.first_task.base import Base
 from fesd_robot.first_task.feet import feet_of
-from fesd_robot.first_task.posture import clipped, hinge, leg_to, standing_posture
+from fesd_robot.first_task.posture import clipped, hinge, joint_values, leg_to, standing_posture
 from fesd_robot.first_task.proposal import Contact, Proposal, RobotSection, State, what_moves
 from fesd_robot.robot import STANDARD_GRAVITY, Robot
 
@@ -48,7 +48,7 @@ def jump(name: str, robot: Robot, section: RobotSection, base: Base, feet: Seque
         contacts = feet_of(robot, q, names)
         legs = [leg_to(robot, contact.frame, base.names) for contact in contacts]
         height = _height(robot, q, contacts)
-        values = {} if posture else _joint_values(robot, q, [j for leg in legs for j in leg.joints])
+        values = {} if posture else joint_values(robot, q, [j for leg in legs for j in leg.joints])
         stand = tuple(contact.name for contact in contacts)
         shaped = any(contact.shapes for contact in contacts) or len(contacts) > 1
         adjust = tuple(each for each in (base.up, base.pitch if shaped else None) if each)
@@ -111,11 +111,6 @@ def _height(robot: Robot, q: np.ndarray, contacts: Sequence[Contact]) -> float:
     pin.framesForwardKinematics(robot.model, data, q)
     feet = min(float(data.oMf[robot.frame_id(each.frame)].translation[2]) + each.offset[2] for each in contacts)
     return max(float(pin.centerOfMass(robot.model, data, q)[2]) - feet, 1e-2)
-
-
-def _joint_values(robot: Robot, q: np.ndarray, joints: Sequence[int]) -> dict[str, float]:
-    entries = dict.fromkeys(robot.model.joints[joint].idx_q for joint in joints)
-    return {robot.configuration_names[entry]: float(q[entry]) for entry in entries}
 
 
 def _effort(robot: Robot, base: Base, height: float) -> dict[str, float]:

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.optimize import least_squares
 
+from fesd_robot.orientations import turn_entries
 from fesd_robot.robot import Robot
 
 BENT = 0.8
@@ -90,6 +91,20 @@ def _slides(robot: Robot, chain: Sequence[int], q: np.ndarray) -> float:
 def clipped(robot: Robot, q: np.ndarray) -> np.ndarray:
     """Return a configuration (nq,) moved into the limits."""
     return np.asarray(np.clip(q, robot.lower_position, robot.upper_position))
+
+
+def joint_values(robot: Robot, q: np.ndarray, joints: Sequence[int]) -> dict[str, float]:
+    """Return the values of joints with one degree of freedom in a configuration (nq,) by coordinate, m or rad."""
+    entries = dict.fromkeys(robot.model.joints[joint].idx_q for joint in joints)
+    turns = {at.start: (name, at) for name, at in turn_entries(robot.configuration_names).items()}
+    values = {}
+    for entry in entries:
+        if entry in turns:
+            name, at = turns[entry]
+            values[name] = float(np.arctan2(*q[at][::-1]))
+        else:
+            values[robot.configuration_names[entry]] = float(q[entry])
+    return values
 
 
 def standing_posture(robot: Robot, legs: Sequence[Leg]) -> np.ndarray:

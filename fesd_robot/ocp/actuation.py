@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.errors import nearest
-from fesd_robot.robot import Robot, velocity_units
+from fesd_robot.robot import Robot, angle_expressions, velocity_units
 from fesd_robot.task import GeneralizedForceActuator, JointActuator, Task, evaluate_expression
 
 _CASADI_FUNCTIONS = {"sin": ca.sin, "cos": ca.cos, "tan": ca.tan, "sqrt": ca.sqrt, "exp": ca.exp}
@@ -81,6 +81,7 @@ def build_actuation(task: Task, robot: Robot) -> Actuation:
     _check_effort_limits(task, actuators)
     q = ca.SX.sym("q", len(robot.configuration_names))
     values = dict(zip(robot.configuration_names, ca.vertsplit(q), strict=True))
+    values |= angle_expressions(robot.configuration_names, q)
     speed_units = velocity_units(robot)
     columns, lower, upper, units = [], [], [], []
     for name, actuator in actuators.items():

@@ -1,4 +1,4 @@
-"""Limits of roll, pitch and yaw of orientations as path constraints."""
+"""Limits of angles of orientations and turns as path constraints."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 from fesd_robot.exactness import WRITTEN
 from fesd_robot.fesd import TrajectoryConstraint
 from fesd_robot.ocp.parts import ProblemParts
-from fesd_robot.orientations import angles_of, quaternion_entries
+from fesd_robot.orientations import angles_of, quaternion_entries, turn_entries
 from fesd_robot.robot import quaternion_matrix
 
 
 def angle_limits(parts: ProblemParts) -> list[TrajectoryConstraint]:
-    """Return the limits of orientations, which hold at every stage; none where the task gives none.
+    """Return the limits of orientations and turns, which hold at every stage; none where the task gives none.
 
-        sin(lower) <= sin(pitch) <= sin(upper),   of roll and yaw with the middle m of the limits   |phi - m| <= half
+        sin(lower) <= sin(pitch) <= sin(upper),   of other angles with the middle m of the limits   |phi - m| <= half
 
     phi - m is the angle of (cos(phi - m), sin(phi - m)), so that it jumps half a turn away from the middle only, and
     where the pitch is a right angle.
@@ -38,9 +38,11 @@ def angle_limits(parts: ProblemParts) -> list[TrajectoryConstraint]:
             (yaw, rotation[1, 0], rotation[0, 0]),
         ):
             if angle in given:
-                middle, half = np.mean(given[angle]), (given[angle][1] - given[angle][0]) / 2
-                sin, cos = math.sin(middle), math.cos(middle)
-                rows[angle] = ca.atan2(sine * cos - cosine * sin, cosine * cos + sine * sin), -half, half
+                rows[angle] = _from_middle(sine, cosine, given[angle])
+    for joint, at in turn_entries(names).items():
+        if joint in given:
+            cosine, sine = ca.vertsplit(parts.dynamics.configuration[at])
+            rows[joint] = _from_middle(sine, cosine, given[joint])
     if not rows:
         return []
     found, low, high = (list(each) for each in zip(*rows.values(), strict=True))
@@ -55,6 +57,13 @@ def angle_limits(parts: ProblemParts) -> list[TrajectoryConstraint]:
     ]
 
 
+def _from_middle(sine: ca.SX, cosine: ca.SX, limits: tuple[float, float]) -> tuple[ca.SX, float, float]:
+    """Return the angle from the middle of its limits, and its limits from there."""
+    middle, half = np.mean(limits), (limits[1] - limits[0]) / 2
+    sin, cos = math.sin(middle), math.cos(middle)
+    return ca.atan2(sine * cos - cosine * sin, cosine * cos + sine * sin), -half, half
+
+
 def _check_start(
     parts: ProblemParts, names: list[str], rows: list[ca.SX], bounds: tuple[np.ndarray, np.ndarray]
 ) -> None:
@@ -66,5 +75,5 @@ def _check_start(
     if outside[worst] > WRITTEN:
         raise parts.task.error(
             ("limits", "position", names[worst]),
-            "found limits that the initial orientation is outside of, expected limits with the start between them",
+            "found limits that the initial angle is outside of, expected limits with the start between them",
         )

@@ -93,7 +93,7 @@ def check_pace(task: Task, robot: Robot, ends: Endpoints, limits: StateLimits, g
         TaskError: at the wanted value, with the distance that the velocity limits allow.
     """
     for target in _hard_targets(task, grid):
-        if target.name not in robot.velocity_names:  # a cosine, sine or part of a quaternion
+        if target.name not in robot.velocity_names or target.name not in robot.configuration_names:  # of a turn
             continue
         row = robot.velocity_names.index(target.name)
         start = 0.0 if target.relative else ends.initial_configuration[robot.configuration_names.index(target.name)]

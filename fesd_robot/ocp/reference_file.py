@@ -13,7 +13,7 @@ import pinocchio as pin
 from fesd_robot.errors import MotionFileError, PlanFileError, nearest, nearest_file
 from fesd_robot.instants import SAME_TIME
 from fesd_robot.ocp.vectors import initial_configuration
-from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, quaternion_of
+from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, quaternion_of, turn_of, turns_of
 from fesd_robot.plans import read_plan
 from fesd_robot.robot import Robot, continuous_quaternions
 from fesd_robot.task import Task
@@ -34,7 +34,7 @@ def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarr
         columns = _of_plan(path) if is_plan(path) else columns_of_csv(path)
     except (OSError, UnicodeDecodeError, csv.Error, MotionFileError, PlanFileError) as error:
         raise task.error(key, f"found {path}, which cannot be read as a motion: {error}") from error
-    columns |= _quaternions(columns, robot)
+    columns |= _unit_entries(columns, robot)
     for column in ("time", *robot.configuration_names):
         if column not in columns:
             raise task.error(
@@ -54,8 +54,8 @@ def read_motion(task: Task, key: str, name: str, robot: Robot) -> tuple[np.ndarr
     return times, rows
 
 
-def _quaternions(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:
-    """Return the quaternions of joints for which a file has roll, pitch and yaw only, by name."""
+def _unit_entries(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:
+    """Return quaternions, and cosines and sines, by name of joints for which a file has angles only."""
     found: dict[str, np.ndarray] = {}
     for joint in orientations_of(robot.configuration_names):
         angles, entries = angles_of(joint), quaternion_of(joint)
@@ -63,6 +63,10 @@ def _quaternions(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, n
             turns = [pin.rpy.rpyToMatrix(*row) for row in np.column_stack([columns[name] for name in angles])]
             quaternions = np.array([pin.Quaternion(turn).coeffs() for turn in turns]).reshape(-1, 4)
             found |= dict(zip(entries, quaternions.T, strict=True))
+    for joint in turns_of(robot.configuration_names):
+        cosine, sine = turn_of(joint)
+        if joint in columns and not (cosine in columns or sine in columns):
+            found |= {cosine: np.cos(columns[joint]), sine: np.sin(columns[joint])}
     return found
 
 

@@ -11,8 +11,8 @@ import pinocchio as pin
 
 from fesd_robot.instants import SAME_PART
 from fesd_robot.ocp.vectors import with_values
-from fesd_robot.orientations import angles_of, quaternion_entries, quaternion_of
-from fesd_robot.robot import Robot, interpolated, with_turn
+from fesd_robot.orientations import angles_of, quaternion_entries, quaternion_of, turn_entries, turn_of, unit_entries
+from fesd_robot.robot import Robot, interpolated, measured_deviation, turned_by, with_turn
 
 DIFFERENCE_STEP = 1e-6
 """Step of difference quotients for the reference velocity, as a fraction of the duration."""
@@ -82,7 +82,7 @@ class LineMotion:
         if self.apex:
             kinks = [jump + at for jump in range(self.count) for at in (0.5 * self.stance, 1.0 - 0.5 * self.stance)]
             found = np.add.outer(kinks, (-ROUNDED_KINK, ROUNDED_KINK)).ravel() / self.count
-        if quaternion_entries(self.robot.configuration_names):
+        if unit_entries(self.robot.configuration_names):
             found = np.concatenate([found, np.linspace(0.0, 1.0, 1 + KNOTS_OF_A_TURN * self.count)])
         return self.duration * np.unique(np.clip(np.append(found, [0.0, 1.0]), 0.0, 1.0).round(9))
 
@@ -97,7 +97,9 @@ class LineMotion:
             return line
         names, takeoff = self.robot.configuration_names, self._line(jump / self.count)
         top, turning = with_values(self.robot, self.apex, takeoff), quaternion_entries(names)
+        circles = turn_entries(names)
         turns = {entry for joint in turning for entry in (*angles_of(joint), *quaternion_of(joint))}
+        turns |= {entry for joint in circles for entry in (joint, *turn_of(joint))}
         for name, apex in self.apex.items():
             if name not in turns:
                 coordinate = names.index(name)
@@ -105,6 +107,10 @@ class LineMotion:
         for joint, at in turning.items():
             if any(entry in self.apex for entry in (*angles_of(joint), *quaternion_of(joint))):
                 line[at] = with_turn(line[at], takeoff[at], top[at], 4.0 * s * (1.0 - s))
+        for joint, at in circles.items():
+            if any(entry in self.apex for entry in (joint, *turn_of(joint))):
+                angle = measured_deviation(names, top, takeoff)[joint]
+                line[at] = turned_by(line[at], angle * 4.0 * s * (1.0 - s))
         return np.asarray(pin.normalize(self.robot.model, line))
 
     def _line(self, s: float) -> np.ndarray:

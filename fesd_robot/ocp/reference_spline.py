@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from fesd_robot.ocp.reference_motion import DIFFERENCE_STEP, ReferenceMotion
-from fesd_robot.orientations import quaternion_entries
+from fesd_robot.orientations import quaternion_entries, unit_entries
 from fesd_robot.robot import continuous_quaternions
 
 WINDOW = 16
@@ -98,7 +98,7 @@ class ReferenceSpline:
             s = ca.fmin(ca.fmax(0, time - knots[k]), knots[k + 1] - knots[k])
             slope, square, cubic = (pieces[:, 3 * k + power] for power in range(3))
             q += s * (slope + s * (square + s * cubic))
-        for at in quaternion_entries(self.names).values():
+        for at in unit_entries(self.names):
             q[at] = q[at] / ca.norm_2(q[at])
         return q
 

@@ -14,7 +14,7 @@ from fesd_robot.ocp.reference_motion import DIFFERENCE_STEP, LineMotion, Referen
 from fesd_robot.ocp.targets import waypoint_times
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
-from fesd_robot.orientations import quaternion_entries, quaternion_of
+from fesd_robot.orientations import quaternion_entries, quaternion_of, turn_entries, turn_of, unit_entries
 from fesd_robot.robot import Robot, continuous_quaternions, interpolated, root_height, slerp
 from fesd_robot.task import FromFile, Jumps, Task, ThroughWaypoints
 
@@ -69,7 +69,7 @@ def reference_of(
         )
     if isinstance(reference, ThroughWaypoints):
         ends = np.array([0.0, *waypoint_times(task, grid), duration])
-        parts = PIECES_OF_A_TURN if quaternion_entries(robot.configuration_names) else 1
+        parts = PIECES_OF_A_TURN if unit_entries(robot.configuration_names) else 1
         knots = np.interp(np.linspace(0, 1, 1 + parts * (len(ends) - 1)), np.linspace(0, 1, len(ends)), ends)
         return SampledMotion(robot, _splines(task, robot, endpoints, limits, grid), duration, knots)
     jumps = reference if isinstance(reference, Jumps) else None
@@ -150,6 +150,30 @@ def _turning(
     return _Turning(at, np.array(times), continuous_quaternions(np.array(values)))
 
 
+def _circling(
+    names: Sequence[str],
+    at: slice,
+    ends: tuple[np.ndarray, np.ndarray],
+    slopes: Sequence[np.ndarray],
+    passing: Sequence[tuple[float, Mapping[str, float]]],
+    duration: float,
+) -> CubicSpline:
+    """Return the cubic spline of the angle of a joint without limits, rad, from each value the short way to the next.
+
+    Args:
+        names, at: of its cosine and sine, and their entries in q.
+        ends: q at the start and at the end, (n_q).
+        slopes: dq/dt there, (n_q) each.
+        passing: time, s, and values of every waypoint.
+        duration: s.
+    """
+    passed = [(time, [given[name] for name in names]) for time, given in passing if names[0] in given]
+    times, pairs = zip((0.0, ends[0][at]), *passed, (duration, ends[1][at]), strict=True)
+    angles = np.unwrap([np.arctan2(sine, cosine) for cosine, sine in pairs])
+    rates = [float(q[at][0] * slope[at][1] - q[at][1] * slope[at][0]) for q, slope in zip(ends, slopes, strict=True)]
+    return CubicSpline(times, angles, bc_type=((1, rates[0]), (1, rates[1])))
+
+
 def _splines(
     task: Task, robot: Robot, endpoints: Endpoints, limits: StateLimits, grid: TimeGrid
 ) -> Callable[[float], np.ndarray]:
@@ -173,8 +197,17 @@ def _splines(
         times, values = zip((0.0, start[i]), *passed, (grid.nominal, goal[i]), strict=True)
         splines.append(CubicSpline(times, values, bc_type=((1, slopes[0][i]), (1, slopes[1][i]))))
 
+    circles = {
+        joint: _circling(turn_of(joint), at, (start, goal), slopes, passing, grid.nominal)
+        for joint, at in turn_entries(robot.configuration_names).items()
+    }
+    entries = turn_entries(robot.configuration_names)
+
     def at(time: float) -> np.ndarray:
         values = np.array([float(spline(time)) for spline in splines])
+        for joint, circle in circles.items():
+            angle = float(circle(time))
+            values[entries[joint]] = np.cos(angle), np.sin(angle)
         for turn in turns:
             values[turn.at] = turn(time)
         return np.asarray(pin.normalize(model, np.clip(values, limits.lower_position, limits.upper_position)))

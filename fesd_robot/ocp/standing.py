@@ -13,8 +13,8 @@ from pydantic import ValidationError
 
 from fesd_robot.contact import Contact
 from fesd_robot.nlp import FREE, NlpSettings, ipopt_options
-from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_quaternions, with_values
-from fesd_robot.orientations import layered
+from fesd_robot.ocp.vectors import StateLimits, initial_configuration, limits_of, with_unit_entries, with_values
+from fesd_robot.orientations import layered, turn_entries
 from fesd_robot.robot import FLYER_HEIGHT, ROOT_HEIGHT, ROOT_PITCH, Robot, changes_alone
 from fesd_robot.running import Identity
 from fesd_robot.task import Configured, KeyPath, Task
@@ -122,17 +122,15 @@ def touching_configuration(
         limits: of the positions, which the coordinates keep to.
         within: gaps with which the start itself is one, m.
     """
-    entries = [robot.configuration_names.index(name) for name in adjust]
     function = _touching(robot, Identity(configuration, *contacts), tuple(adjust))
-    lower, upper = limits.lower_position[entries], limits.upper_position[entries]
+    lower, upper = _adjusted_limits(robot, adjust, limits)
 
     def at(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        q = start.copy()
-        q[entries] = values
+        q = _with_adjusted(robot, adjust, start, values)
         gap, slope = function(q)
         return q, np.asarray(gap).ravel(), np.asarray(slope.full())
 
-    values, damping = np.clip(start[entries], lower, upper), _FIRST_DAMPING
+    values, damping = np.clip(_adjusted(robot, adjust, start), lower, upper), _FIRST_DAMPING
     q, gap, slope = at(values)
     if np.abs(gap).max() <= within:
         return q, gap
@@ -191,25 +189,52 @@ def preferred_configuration(
         limits: of the positions, which the coordinates keep to.
     """
     names = robot.configuration_names
-    start = start.copy()
-    for name, value in standing.prefer.items():
-        start[names.index(name)] = value
+    start = _with_adjusted(robot, list(standing.prefer), start, np.array(list(standing.prefer.values())))
     q, gaps = touching_configuration(robot, contacts, configuration, standing.adjust, start, limits)
     if not standing.prefer or np.abs(gaps).max() > GAP_TOLERANCE:
         return q, gaps
-    entries = [names.index(name) for name in standing.adjust]
-    free, weights = ca.SX.sym("adjusted", len(entries)), [float(name in standing.prefer) for name in standing.adjust]
+    adjust = standing.adjust
+    free, weights = ca.SX.sym("adjusted", len(adjust)), [float(name in standing.prefer) for name in standing.adjust]
     whole = ca.SX(ca.DM(q))
-    whole[entries] = free
-    distances = ca.DM(np.array(weights) + _UNDECIDED) * (free - ca.DM(start[entries])) ** 2
+    for name, value in zip(adjust, ca.vertsplit(free), strict=True):
+        whole[_entries(names, name)] = ca.vertcat(*([value] if name in names else [ca.cos(value), ca.sin(value)]))
+    distances = ca.DM(np.array(weights) + _UNDECIDED) * (free - ca.DM(_adjusted(robot, adjust, start))) ** 2
     touching = ca.substitute(ca.vertcat(*[contact.gap for contact in contacts]), configuration, whole)
     options: dict[str, Any] = {"ipopt": ipopt_options(_SETTINGS), "print_time": False}
     solver = ca.nlpsol("standing", "ipopt", {"x": free, "f": ca.sum1(distances), "g": touching}, options)
-    found = solver(
-        x0=q[entries], lbx=limits.lower_position[entries], ubx=limits.upper_position[entries], lbg=0.0, ubg=0.0
-    )
-    q[entries] = np.clip(np.asarray(found["x"]).ravel(), limits.lower_position[entries], limits.upper_position[entries])
+    lower, upper = _adjusted_limits(robot, adjust, limits)
+    found = solver(x0=_adjusted(robot, adjust, q), lbx=lower, ubx=upper, lbg=0.0, ubg=0.0)
+    q = _with_adjusted(robot, adjust, q, np.clip(np.asarray(found["x"]).ravel(), lower, upper))
     return touching_configuration(robot, contacts, configuration, standing.adjust, q, limits)
+
+
+def _entries(names: Sequence[str], name: str) -> slice:
+    """Return the entries of q of a coordinate, or of the angle of a joint without limits."""
+    if name in names:
+        return slice(names.index(name), names.index(name) + 1)
+    return turn_entries(names)[name]
+
+
+def _adjusted(robot: Robot, names: Sequence[str], q: np.ndarray) -> np.ndarray:
+    """Return the values of coordinates and angles of a configuration (n_q), m or rad, (n)."""
+    own = [q[_entries(robot.configuration_names, name)] for name in names]
+    return np.array([each[0] if len(each) == 1 else np.arctan2(each[1], each[0]) for each in own])
+
+
+def _with_adjusted(robot: Robot, names: Sequence[str], q: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return a configuration (n_q) with other values of coordinates and angles, m or rad, (n)."""
+    found = q.copy()
+    for name, value in zip(names, values, strict=True):
+        single = name in robot.configuration_names
+        found[_entries(robot.configuration_names, name)] = value if single else (np.cos(value), np.sin(value))
+    return found
+
+
+def _adjusted_limits(robot: Robot, names: Sequence[str], limits: StateLimits) -> tuple[np.ndarray, np.ndarray]:
+    """Return the limits of coordinates and angles, (n) each; angles have none here."""
+    own = [_entries(robot.configuration_names, name) for name in names]
+    lower, upper = ([each[at.start] for at in own] for each in (limits.lower_position, limits.upper_position))
+    return np.array(lower), np.array(upper)
 
 
 def _step(
@@ -238,7 +263,7 @@ class _Search:
     def completed(self, path: KeyPath, section: Section, base: np.ndarray) -> Section:
         """Return a section with its whole configuration; coordinates left out are as in `base` (n_q)."""
         posture = posture_of(self.task, self.robot, section.posture)
-        values = with_quaternions(self.robot, layered(posture, section.configuration), base)
+        values = with_unit_entries(self.robot, layered(posture, section.configuration), base)
         if section.complete and values == section.configuration:
             return section
         standing = _standing(self.task, self.robot, path, section)
@@ -258,11 +283,13 @@ class _Search:
         worst = int(np.argmax(np.abs(gaps)))
         if not abs(gaps[worst]) <= GAP_TOLERANCE:
             raise self.task.error((*standing.path, "stand_on"), self._impossible(standing, worst, q, gaps[worst]))
-        return {name: float(q[self.robot.configuration_names.index(name)]) for name in standing.adjust}
+        names = self.robot.configuration_names
+        found = [k for name in standing.adjust for k in range(len(names))[_entries(names, name)]]
+        return {names[k]: float(q[k]) for k in found}
 
     def _impossible(self, standing: Standing, worst: int, q: np.ndarray, gap: float) -> str:
         stopped = []
-        for name in standing.adjust:
+        for name in (one for one in standing.adjust if one in self.robot.configuration_names):
             i = self.robot.configuration_names.index(name)
             if q[i] in (self.limits.lower_position[i], self.limits.upper_position[i]):
                 stopped.append(f"{name} is at its limit {q[i]:.6g}")

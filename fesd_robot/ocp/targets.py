@@ -16,7 +16,7 @@ from fesd_robot.ocp.parts import ProblemParts
 from fesd_robot.ocp.points import AXES
 from fesd_robot.ocp.reach import check_reach
 from fesd_robot.ocp.timing import TimeGrid
-from fesd_robot.orientations import QUATERNION, angles_of, deviation_names
+from fesd_robot.orientations import COSINE_AND_SINE, QUATERNION, angles_of, deviation_names
 from fesd_robot.robot import deviation
 from fesd_robot.running import Identity
 from fesd_robot.task import Goal, KeyPath, PointTarget, Task, Waypoint
@@ -162,7 +162,7 @@ def _width(widths: Mapping[str, float], name: str) -> float:
     joint, dot, suffix = name.rpartition(".")
     if dot + suffix in QUATERNION:
         return float(np.linalg.norm([widths.get(angle, np.inf) for angle in angles_of(joint)])) / 2
-    return widths.get(name, np.inf)
+    return widths.get(joint if dot + suffix in COSINE_AND_SINE else name, np.inf)
 
 
 def waypoint_times(task: Task, grid: TimeGrid) -> list[float]:

@@ -55,9 +55,10 @@ def load_task_robot(task: Task) -> tuple[Task, Robot]:
     check_values(
         task,
         dict(zip(robot.configuration_names, positions, strict=True)),
-        {name: (-v, v) for name, v in zip(robot.velocity_names, robot.velocity_limit, strict=True)},
+        {name: (0.0 - v, v) for name, v in zip(robot.velocity_names, robot.velocity_limit, strict=True)},
         configuration_units(robot),
         robot.postures,
+        robot.limit_notes,
     )
     task = with_contact_places(task, robot)
     robot = with_contact_frames(task, robot)

@@ -11,14 +11,22 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.exactness import ROUNDED
-from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, quaternion_of
+from fesd_robot.orientations import (
+    angles_of,
+    orientations_of,
+    quaternion_entries,
+    quaternion_of,
+    turn_entries,
+    turn_of,
+    turns_of,
+)
 from fesd_robot.robot import Robot, configuration_units, turned
 from fesd_robot.task import Task
 
 Values = TypeVar("Values", np.ndarray, ca.SX)
 
 _UNIT = 1e-14
-"""Squared length of a quaternion whose difference from one is rounding, so that it stays as it is."""
+"""Squared length of a quaternion, or of a cosine and sine, whose difference from one is rounding: it stays."""
 
 
 def vector(names: Sequence[str], values: Mapping[str, float], default: float | np.ndarray) -> np.ndarray:
@@ -84,19 +92,23 @@ def with_values(robot: Robot, values: Mapping[str, float], configuration: np.nda
         angles = [values.get(angle) for angle in angles_of(joint)]
         if any(angle is not None for angle in angles):
             q[at] = turned(q[at], angles)
+    for joint, at in turn_entries(names).items():
+        if joint in values:
+            q[at] = np.cos(values[joint]), np.sin(values[joint])
     return np.asarray(pin.normalize(robot.model, q))
 
 
-def with_quaternions(robot: Robot, values: Mapping[str, float], configuration: np.ndarray) -> dict[str, float]:
-    """Return values by name with a whole unit quaternion for every orientation that they mention.
+def with_unit_entries(robot: Robot, values: Mapping[str, float], configuration: np.ndarray) -> dict[str, float]:
+    """Return values by name with a unit quaternion for every orientation, and cosine and sine for every turn, in them.
 
     Args:
         values: name -> m or rad.
         configuration: which gives what of roll, pitch and yaw they leave out, (n_q).
     """
     found, names = dict(values), robot.configuration_names
-    for joint in orientations_of(names):
-        angles, entries = angles_of(joint), quaternion_of(joint)
+    own = [(angles_of(joint), quaternion_of(joint)) for joint in orientations_of(names)]
+    own += [([joint], turn_of(joint)) for joint in turns_of(names)]
+    for angles, entries in own:
         length = sum(found.get(entry, 0.0) ** 2 for entry in entries)
         if any(angle in found for angle in angles) or (length and abs(length - 1.0) > _UNIT):
             q = with_values(robot, values, configuration)
@@ -127,7 +139,7 @@ def limits_of(task: Task, robot: Robot) -> StateLimits:
         lower_position=vector(names, {name: bounds[0] for name, bounds in position.items()}, robot.lower_position),
         upper_position=vector(names, {name: bounds[1] for name, bounds in position.items()}, robot.upper_position),
         lower_velocity=vector(
-            velocities, {name: bounds[0] for name, bounds in velocity.items()}, -robot.velocity_limit
+            velocities, {name: bounds[0] for name, bounds in velocity.items()}, 0.0 - robot.velocity_limit
         ),
         upper_velocity=vector(velocities, {name: bounds[1] for name, bounds in velocity.items()}, robot.velocity_limit),
     )

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from fesd_robot.instants import SAME_TIME
-from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, roll_pitch_yaw
+from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, roll_pitch_yaw, turn_entries
 from fesd_robot.plans.audit_record import Audit, AuditScales
 from fesd_robot.plans.findings import findings_of
 from fesd_robot.plans.measured import Measured, Names, largest, largest_entry
@@ -123,13 +123,22 @@ def _angles_outside(motion: PhysicalMotion, names: Names, limits: Mapping[str, t
     for joint, at in quaternion_entries(list(names.configuration)).items():
         values = roll_pitch_yaw(states.configuration[:, at])
         for name, angle in zip(angles_of(joint), values.T, strict=True):
-            lower, upper = limits.get(name, (-np.inf, np.inf))
-            if np.isfinite([lower, upper]).all():
-                middle = (lower + upper) / 2
-                angle = middle + np.remainder(angle - middle + np.pi, 2 * np.pi) - np.pi
-            bounds = np.array([lower]), np.array([upper])
-            found.append(_outside(angle[:, None], bounds, {name: "rad"}, states.time, states.interval))
+            found.append(_angle_outside(motion, name, angle, limits))
+    for joint, at in turn_entries(list(names.configuration)).items():
+        cosine, sine = states.configuration[:, at].T
+        found.append(_angle_outside(motion, joint, np.arctan2(sine, cosine), limits))
     return largest(found)
+
+
+def _angle_outside(
+    motion: PhysicalMotion, name: str, angle: np.ndarray, limits: Mapping[str, tuple[float, float]]
+) -> Measured:
+    states, (lower, upper) = motion.states, limits.get(name, (-np.inf, np.inf))
+    if np.isfinite([lower, upper]).all():
+        middle = (lower + upper) / 2
+        angle = middle + np.remainder(angle - middle + np.pi, 2 * np.pi) - np.pi
+    bounds = np.array([lower]), np.array([upper])
+    return _outside(angle[:, None], bounds, {name: "rad"}, states.time, states.interval)
 
 
 def _smallest_gap(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Measured:

@@ -27,6 +27,8 @@ __all__ = [
     "RoundShape",
     "SimpleShape",
     "UniformSolid",
+    "angle_between",
+    "angle_expressions",
     "ball",
     "beside",
     "box",
@@ -48,6 +50,7 @@ __all__ = [
     "frame_jacobian",
     "frame_placement",
     "frame_velocity",
+    "immovable_joints",
     "integrate",
     "interpolated",
     "is_height",
@@ -73,6 +76,7 @@ __all__ = [
     "square_placements",
     "touching_outlines",
     "turned",
+    "turned_by",
     "velocity_units",
     "with_frames",
     "with_joint_properties",
@@ -95,15 +99,27 @@ if TYPE_CHECKING:
         rnea,
         spring_force,
     )
+    from fesd_robot.robot.immovable import immovable_joints
     from fesd_robot.robot.joints import Prismatic
     from fesd_robot.robot.kinematics import center_of_mass, frame_jacobian, frame_placement, frame_velocity
     from fesd_robot.robot.library import PREFIX, example_robots, examples_folder
     from fesd_robot.robot.load import load_robot, with_frames, with_joint_properties
     from fesd_robot.robot.lock import lock_joints
     from fesd_robot.robot.manifold import configuration_derivative, difference, integrate
-    from fesd_robot.robot.orientations import deviation, interpolated, measured_deviation, slerp, turned, with_turn
+    from fesd_robot.robot.orientations import (
+        angle_between,
+        angle_expressions,
+        deviation,
+        interpolated,
+        measured_deviation,
+        slerp,
+        turned,
+        turned_by,
+        with_turn,
+    )
     from fesd_robot.robot.outline import Outline, touching_outlines
     from fesd_robot.robot.paths import PACKAGE
+    from fesd_robot.robot.right_angles import square_placements
     from fesd_robot.robot.robot import Robot
     from fesd_robot.robot.root import (
         FLYER_HEIGHT,
@@ -114,7 +130,6 @@ if TYPE_CHECKING:
         changes_alone,
         is_height,
         root_height,
-        square_placements,
     )
     from fesd_robot.robot.rotations import continuous_quaternions, quaternion_matrix
     from fesd_robot.robot.round_shapes import (
@@ -149,6 +164,7 @@ else:
                 "rnea",
                 "spring_force",
             ],
+            "fesd_robot.robot.immovable": ["immovable_joints"],
             "fesd_robot.robot.joints": ["Prismatic"],
             "fesd_robot.robot.kinematics": ["center_of_mass", "frame_jacobian", "frame_placement", "frame_velocity"],
             "fesd_robot.robot.library": ["PREFIX", "example_robots", "examples_folder"],
@@ -156,15 +172,19 @@ else:
             "fesd_robot.robot.lock": ["lock_joints"],
             "fesd_robot.robot.manifold": ["configuration_derivative", "difference", "integrate"],
             "fesd_robot.robot.orientations": [
+                "angle_between",
+                "angle_expressions",
                 "deviation",
                 "interpolated",
                 "measured_deviation",
                 "slerp",
                 "turned",
+                "turned_by",
                 "with_turn",
             ],
             "fesd_robot.robot.outline": ["Outline", "touching_outlines"],
             "fesd_robot.robot.paths": ["PACKAGE"],
+            "fesd_robot.robot.right_angles": ["square_placements"],
             "fesd_robot.robot.robot": ["Robot"],
             "fesd_robot.robot.root": [
                 "FLYER_HEIGHT",
@@ -176,7 +196,6 @@ else:
                 "changes_alone",
                 "is_height",
                 "root_height",
-                "square_placements",
             ],
             "fesd_robot.robot.rotations": ["continuous_quaternions", "quaternion_matrix"],
             "fesd_robot.robot.round_shapes": [

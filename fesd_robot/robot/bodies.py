@@ -34,6 +34,7 @@ def beside(robot: Robot, bodies: Mapping[str, Robot], places: Mapping[str, np.nd
         return robot
     model, springs, drives = robot.model, dict(robot.joint_springs), dict(robot.drives)
     postures, composites = dict(robot.postures), dict(_composites(robot))
+    limit_notes = dict(robot.limit_notes)
     parts = [robot, *bodies.values()]
     for name, body in bodies.items():
         _check_names(robot, name)
@@ -49,17 +50,35 @@ def beside(robot: Robot, bodies: Mapping[str, Robot], places: Mapping[str, np.nd
             drives[name_on(name, motor)] = replace(drive, force=force)
         for posture, values in body.postures.items():
             postures[name_on(name, posture)] = {name_on(name, joint): value for joint, value in values.items()}
+        limit_notes |= {(kind, name_on(name, joint)): text for (kind, joint), text in body.limit_notes.items()}
         for joint, made_of in _composites(body):
             composites[name_on(name, joint)] = [name_on(name, part) for part in made_of]
     for array in _JOINT_ARRAYS:  # of which Pinocchio forgets some
         setattr(model, array, np.concatenate([getattr(part.model, array) for part in parts]))
     merged = robot_from_model(
-        ModelFile(model, robot.format, composites=composites, springs=springs, drives=drives, postures=postures),
+        ModelFile(
+            model,
+            robot.format,
+            composites=composites,
+            springs=springs,
+            drives=drives,
+            postures=postures,
+            limit_notes=limit_notes,
+        ),
         source=robot.source,
         package_directories=robot.package_directories,
     )
-    notes = [f"Body '{name}': {note}" for name, body in bodies.items() for note in body.notes]
-    return replace(merged, name=robot.name, shapes=robot.shapes, notes=(*robot.notes, *notes), bodies=dict(bodies))
+    return replace(
+        merged,
+        name=robot.name,
+        shapes=robot.shapes,
+        notes=(*robot.notes, *(f"Body '{name}': {note}" for name, body in bodies.items() for note in body.notes)),
+        warnings=(
+            *robot.warnings,
+            *(f"Body '{name}': {said}" for name, body in bodies.items() for said in body.warnings),
+        ),
+        bodies=dict(bodies),
+    )
 
 
 def _appended(model: pin.Model, name: str, body: pin.Model, place: np.ndarray) -> pin.Model:

@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from fesd_robot.errors import JointError
 from fesd_robot.exactness import ROUNDED
+from fesd_robot.robot.followers import Follower, common_range, set_entries
 from fesd_robot.robot.lock import find_joint
 
 _PROBE_VALUES = (0.0, 0.7, -1.3)
@@ -205,17 +206,20 @@ class _Builder:
                     joint=model.names[index],
                 )
             q, own = follower.idx_q, led.idx_q
-            low, high = sorted([sign * model.lowerPositionLimit[q], sign * model.upperPositionLimit[q]])
-            low, high = max(low, result.lowerPositionLimit[own]), min(high, result.upperPositionLimit[own])
-            if low > high:
+            one = Follower(model.names[index], model.names[leader], sign, 0.0)
+            limits = float(model.lowerPositionLimit[q]), float(model.upperPositionLimit[q])
+            kept = common_range(
+                (float(result.lowerPositionLimit[own]), float(result.upperPositionLimit[own])), one.leader_range(limits)
+            )
+            if kept is None:
                 raise JointError(
                     f"found joint '{model.names[index]}' with position limits that share no value with those of "
                     f"'{model.names[leader]}', expected limits that overlap",
                     option="coupled",
                     joint=model.names[index],
                 )
-            set_entries(result, "lowerPositionLimit", own, [low])
-            set_entries(result, "upperPositionLimit", own, [high])
+            set_entries(result, "lowerPositionLimit", own, [kept[0]])
+            set_entries(result, "upperPositionLimit", own, [kept[1]])
 
     def _apart(self, index: int) -> JointError:
         name, leader = self._model.names[index], self._model.names[self._followers[index]]
@@ -226,10 +230,3 @@ class _Builder:
             option="coupled",
             joint=name,
         )
-
-
-def set_entries(model: pin.Model, name: str, start: int, values: np.ndarray | list[float]) -> None:
-    """Set the entries of an array of a model from `start` on."""
-    whole = np.array(getattr(model, name))
-    whole[start : start + len(values)] = values
-    setattr(model, name, whole)

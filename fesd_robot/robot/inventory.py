@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.orientations import turn_entries
 from fesd_robot.robot.robot import Robot
 from fesd_robot.robot.units import configuration_units
 
@@ -45,18 +46,23 @@ def _postures(robot: Robot) -> Iterator[dict[str, Any]]:
 
 
 def _coordinates(robot: Robot) -> Iterator[dict[str, Any]]:
-    """Yield the properties of every joint coordinate; those of several entries have none here."""
-    units = configuration_units(robot)
+    """Yield the properties of every joint coordinate, a cosine and sine as their angle; quaternions have none here."""
+    units, turns = configuration_units(robot), turn_entries(robot.configuration_names)
     springs = {v: [stiffness, rest] for v, _, stiffness, rest in robot.springs}
-    for index, name in enumerate(robot.configuration_names):
+    first = {at.start: name for name, at in turns.items()}
+    for index, entry in enumerate(robot.configuration_names):
+        if any(at.start < index < at.stop for at in turns.values()):
+            continue
+        name = first.get(index, entry)
         row: dict[str, Any] = {
             "name": name,
-            "unit": units[name],
+            "unit": units.get(name, "rad"),
             "limits": _limits(robot.lower_position[index], robot.upper_position[index]),
         }
         if name in robot.velocity_names:
             v = robot.velocity_names.index(name)
             row |= {
+                "velocity": _size(robot.velocity_limit[v]),
                 "effort": _limits(robot.lower_effort[v], robot.upper_effort[v]),
                 "damping": float(robot.model.damping[v]),
                 "armature": float(robot.model.armature[v]),
@@ -68,7 +74,11 @@ def _coordinates(robot: Robot) -> Iterator[dict[str, Any]]:
 
 def _limits(lower: float, upper: float) -> list[float | None] | None:
     ends = [float(end) if np.isfinite(end) else None for end in (lower, upper)]
-    return None if ends == [None, None] or (lower == 0 and upper == 0) else ends
+    return None if ends == [None, None] else ends
+
+
+def _size(limit: float) -> float | None:
+    return float(limit) if np.isfinite(limit) else None
 
 
 def _frames(robot: Robot) -> Iterator[dict[str, Any]]:
@@ -84,7 +94,7 @@ def _shapes(robot: Robot) -> Iterator[dict[str, Any]]:
     pin.framesForwardKinematics(model, data, robot.neutral)
     for shape in robot.collision_shapes:
         pose = data.oMf[robot.frame_id(shape.body)] * shape.placement
-        kind, sizes = _size(shape.geometry)
+        kind, sizes = _shape_size(shape.geometry)
         yield {
             "body": shape.body,
             "name": shape.name,
@@ -99,7 +109,7 @@ def _rounded(pose: pin.SE3) -> list[float]:
     return [float(value) for value in np.round(pose.translation, _DECIMALS) + 0.0]
 
 
-def _size(geometry: Any) -> tuple[str, Sequence[float]]:
+def _shape_size(geometry: Any) -> tuple[str, Sequence[float]]:
     """Return the kind of a shape and its size: a radius, then a length, or the lengths of its edges, m."""
     kind = type(geometry).__name__.lower()
     if kind in ("box", "ellipsoid"):

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import tempfile
+import logging
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -16,9 +14,13 @@ import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
 from fesd_robot.robot.couple import in_unison
+from fesd_robot.robot.followers import LimitNotes, with_followers
 from fesd_robot.robot.lock import lock_joints
 from fesd_robot.robot.model_file import ModelFile, note
 from fesd_robot.robot.paths import locate_robot, package_directories
+from fesd_robot.robot.plausible import check_inertias, unit_warnings
+from fesd_robot.robot.reader_errors import captured_errors, last_sentence
+from fesd_robot.robot.right_angles import SQUARE_AXES, SQUARE_PLACEMENTS, square_axes, square_placements
 from fesd_robot.robot.robot import Robot
 from fesd_robot.robot.root import (
     ROOT_JOINT,
@@ -27,11 +29,17 @@ from fesd_robot.robot.root import (
     Root,
     make_root_joint,
     refuse_second_root,
-    square_placements,
 )
 from fesd_robot.robot.srdf import read_group_states
 from fesd_robot.robot.tree import Tree, build_tree
-from fesd_robot.robot.urdf import check_leaders, check_urdf, urdf_notes
+from fesd_robot.robot.urdf import check_leaders, check_urdf, mimic_joints, refuse_xacro, urdf_notes
+from fesd_robot.robot.urdf_elements import check_elements, longest_shape
+from fesd_robot.robot.urdf_limits import check_limits, missing_ranges, unread_ranges
+from fesd_robot.robot.urdf_model import check_model
+from fesd_robot.robot.urdf_tree import read_tree
+from fesd_robot.robot.xml_file import read_xml, xml_text
+
+logger = logging.getLogger(__name__)
 
 _FORMATS = ("robot", "mujoco", "sdf")
 """First elements of URDF, MJCF and SDF files."""
@@ -83,9 +91,8 @@ def load_robot(
         model = lock_joints(model, locked)
     if root == "sagittal":
         composites[ROOT_JOINT] = list(SAGITTAL_NAMES)
-        notes += note(
-            "The last digits of the angles by which {} are placed: they are right angles.", square_placements(model)
-        )
+    if root in ("fixed", "sagittal"):  # with others nothing stays in a plane
+        notes += note(SQUARE_PLACEMENTS, square_placements(model))
     if coupled:
         model, signs = in_unison(model, coupled)
     reduced = read.reduced(model, locked or {}, coupled or {}, signs)
@@ -107,15 +114,38 @@ def _read(path: Path, root: Root) -> ModelFile:
     elif document.tag == "sdf":
         if not pin.WITH_SDFORMAT:
             raise RobotError(f"{path}: this build of Pinocchio reads no SDF files; convert it to URDF or MJCF.")
-        read = ModelFile(_build(path, lambda joint: _build_sdf(path, joint), root), "sdf")
+        model = _build(path, lambda joint: _build_sdf(path, joint), root)
+        read = ModelFile(model, "sdf", notes=note(SQUARE_AXES, square_axes(model)))
     else:
-        leaders = check_urdf(path, document)
-        model = _build(path, lambda joint: _build_urdf(path, joint, leaders), root)
-        postures = read_group_states(path, document, model, root)
-        read = ModelFile(model, "urdf", notes=urdf_notes(document, leaders), postures=postures)
+        read = _read_urdf(path, document, root)
+    if read.model.nv:
+        longest = longest_shape(document) if read.format == "urdf" else 0.0
+        read = replace(read, warnings=[*check_inertias(path, read.model), *unit_warnings(read.model, longest)])
     if root != "fixed":
         refuse_second_root(path, read.model, root)
     return read
+
+
+def _read_urdf(path: Path, document: ElementTree.Element, root: Root) -> ModelFile:
+    refuse_xacro(path, document)
+    check_elements(path, document)
+    tree = read_tree(path, document)
+    leaders = check_urdf(path, document)
+    check_limits(path, document)
+    text = xml_text(document)
+    separate = _build(path, lambda joint: _build_urdf(text, joint), root)
+    check_model(path, tree, separate)
+    check_leaders(path, leaders, list(separate.names)[1:])
+    missing, changed = missing_ranges(document), square_axes(separate)
+    model, narrowed = with_followers(path, separate, mimic_joints(document), missing)
+    own: LimitNotes = {("position", name): each for name, each in missing.items() if name not in leaders}
+    return ModelFile(
+        model,
+        "urdf",
+        notes=[*urdf_notes(document, leaders), *unread_ranges(document), *note(SQUARE_AXES, changed)],
+        postures=read_group_states(path, document, model, root),
+        limit_notes={**own, **narrowed},
+    )
 
 
 def robot_from_model(read: ModelFile, *, source: Path, package_directories: tuple[Path, ...]) -> Robot:
@@ -154,7 +184,9 @@ def robot_from_model(read: ModelFile, *, source: Path, package_directories: tupl
         frame_names=list(dict.fromkeys(frame.name for frame in model.frames)),
         neutral=_frozen(pin.neutral(model)),
         notes=tuple(read.notes),
+        warnings=tuple(read.warnings),
         shapes=read.shapes,
+        limit_notes=read.limit_notes,
     )
 
 
@@ -208,10 +240,7 @@ def with_frames(robot: Robot, places: Mapping[str, tuple[str, np.ndarray]]) -> R
 
 
 def _parse_xml(path: Path) -> ElementTree.Element:
-    try:
-        root = ElementTree.parse(path).getroot()
-    except (ElementTree.ParseError, UnicodeDecodeError) as error:
-        raise RobotError(f"{path} is not an XML file: {error}.") from error
+    root = read_xml(path)
     if root.tag not in _FORMATS:
         raise RobotError(f"{path} is neither URDF nor MJCF nor SDF: its first element is <{root.tag}>.")
     return root
@@ -220,24 +249,24 @@ def _parse_xml(path: Path) -> ElementTree.Element:
 def _build(path: Path, build: Callable[[pin.JointModel | None], pin.Model], root: Root) -> pin.Model:
     """Return the model that Pinocchio builds, its complaints turned into a RobotError."""
     root_joint = make_root_joint(root)
-    with _captured_errors() as complaints:
+    with captured_errors() as complaints:
         try:
             model = build(root_joint)
         except RobotError:
             raise
         except Exception as error:
-            said = " ".join([*complaints(), _last_sentence(str(error))])
+            said = " ".join([*complaints(), last_sentence(str(error))])
             raise RobotError(f"{path} cannot be read: {said.removesuffix('.')}.") from error
+        for complaint in complaints():
+            logger.info("%s: %s", path, complaint)
     return model
 
 
-def _build_urdf(path: Path, root_joint: pin.JointModel | None, leaders: Mapping[str, str]) -> pin.Model:
-    if leaders:
-        check_leaders(path, leaders, list(pin.buildModelFromUrdf(str(path)).names)[1:])
-    options = {"mimic": True} if leaders else {}
+def _build_urdf(text: str, root_joint: pin.JointModel | None) -> pin.Model:
+    """Return the model in which mimic joints have coordinates of their own."""
     if root_joint is None:
-        return pin.buildModelFromUrdf(str(path), **options)
-    return pin.buildModelFromUrdf(str(path), root_joint, ROOT_JOINT, **options)
+        return pin.buildModelFromXML(text)
+    return pin.buildModelFromXML(text, root_joint, ROOT_JOINT)
 
 
 def _build_sdf(path: Path, root_joint: pin.JointModel | None) -> pin.Model:
@@ -247,34 +276,6 @@ def _build_sdf(path: Path, root_joint: pin.JointModel | None) -> pin.Model:
     if len(loops) > 0:
         raise RobotError(f"{path}: closed loops are not supported; the robot must be a tree.")
     return model
-
-
-@contextlib.contextmanager
-def _captured_errors() -> Iterator[Callable[[], list[str]]]:
-    """Collect the text that C++ code writes to stderr, the only place where the URDF parser reports mistakes."""
-    try:
-        saved = os.dup(2)
-    except OSError:  # a process without stderr
-        yield list
-        return
-    with tempfile.TemporaryFile() as sink:
-
-        def complaints() -> list[str]:
-            sink.seek(0)
-            lines = [line.decode(errors="replace").strip() for line in sink.readlines()]
-            return [line.removeprefix("Error:").strip() + "." for line in lines if line.startswith("Error:")]
-
-        os.dup2(sink.fileno(), 2)
-        try:
-            yield complaints
-        finally:
-            os.dup2(saved, 2)
-            os.close(saved)
-
-
-def _last_sentence(text: str) -> str:
-    """Return the message of one of Pinocchio's errors without the place in its sources."""
-    return " ".join(text.rpartition("message:\n")[2].split())
 
 
 def _check_masses(path: Path, model: pin.Model) -> None:

@@ -9,6 +9,8 @@ from typing import Any, Literal
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.robot.followers import Follower, LimitNotes
+
 Format = Literal["urdf", "mjcf", "sdf", "task"]
 """How a file is written; a task may also say what a simple body is."""
 
@@ -79,21 +81,25 @@ class ModelFile:
         model: Pinocchio's model, with gravity, damping, armature, dry friction and limits.
         format: how the file is written.
         notes: what the equations of motion leave out, one sentence each.
+        warnings: what in the file is perhaps not meant, one sentence each.
         composites: name of a composite joint -> names of the joints it is made of.
         springs: name of a joint -> its spring.
         drives: name of a motor that pushes several joints -> how.
         postures: name -> configuration coordinate -> value, m or rad.
         shapes: of all bodies, None where Pinocchio reads them from the file.
+        limit_notes: limits that are not those of their joint in the file.
     """
 
     model: pin.Model
     format: Format
     notes: Sequence[str] = ()
+    warnings: Sequence[str] = ()
     composites: Mapping[str, Sequence[str]] = field(default_factory=dict)
     springs: Mapping[str, Spring] = field(default_factory=dict)
     drives: Mapping[str, MultiJointMotor] = field(default_factory=dict)
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     shapes: Sequence[Shape] | None = None
+    limit_notes: LimitNotes = field(default_factory=dict)
 
     def reduced(
         self, model: pin.Model, locked: Mapping[str, float], coupled: Mapping[str, str], signs: Mapping[str, float]
@@ -112,20 +118,33 @@ class ModelFile:
             if follower in self.springs:
                 own = springs.get(leader, Spring(0.0, 0.0))
                 springs[leader] = own.and_follower(self.springs[follower], signs[follower])
-        drives = {}
-        for name, drive in self.drives.items():
-            force: dict[str, float] = {}
-            for joint, value in drive.force.items():
-                if joint not in locked:
-                    leader = coupled.get(joint, joint)
-                    force[leader] = force.get(leader, 0.0) + signs.get(joint, 1.0) * value
-            if any(force.values()):
-                drives[name] = replace(drive, force=force)
+        held = {
+            name: replace(drive, force={joint: value for joint, value in drive.force.items() if joint not in locked})
+            for name, drive in self.drives.items()
+        }
+        drives = on_leaders(held, [Follower(name, leader, signs[name], 0.0) for name, leader in coupled.items()])
         postures = {
             name: {joint: value for joint, value in values.items() if joint not in gone}
             for name, values in self.postures.items()
         }
-        return replace(self, model=model, springs=springs, drives=drives, postures=postures)
+        limit_notes = {(kind, joint): text for (kind, joint), text in self.limit_notes.items() if joint not in gone}
+        return replace(self, model=model, springs=springs, drives=drives, postures=postures, limit_notes=limit_notes)
+
+
+def on_leaders(drives: Mapping[str, MultiJointMotor], followers: Sequence[Follower]) -> dict[str, MultiJointMotor]:
+    """Return motors as they push the leaders of joints, by virtual work; those that push nothing are left out.
+
+    force on the leader = own + ratio * force on the follower
+    """
+    leaders, found = {one.name: one for one in followers}, {}
+    for name, drive in drives.items():
+        force: dict[str, float] = {}
+        for joint, value in drive.force.items():
+            leader, ratio = (leaders[joint].leader, leaders[joint].ratio) if joint in leaders else (joint, 1.0)
+            force[leader] = force.get(leader, 0.0) + ratio * value
+        if any(force.values()):
+            found[name] = replace(drive, force=force)
+    return found
 
 
 def note(sentence: str, names: Sequence[str]) -> list[str]:

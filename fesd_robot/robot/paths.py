@@ -39,6 +39,13 @@ def package_directories(path: Path, search_path: Path | None) -> tuple[Path, ...
     return (*([search_path.resolve()] if search_path else []), *_upwards(path.parent))
 
 
+def ros_directories() -> tuple[Path, ...]:
+    """Return ROS's own folders in which Pinocchio looks for the packages of meshes."""
+    folders = _entries("ROS_PACKAGE_PATH")
+    above = [folder.parent for folder in folders if (folder / "package.xml").is_file()]
+    return (*folders, *above, *(entry / "share" for entry in _entries("AMENT_PREFIX_PATH")))
+
+
 def _in_package(address: str, folder: Path) -> Path:
     """Return the file behind ``package://NAME/PATH``: in a folder NAME beside or above `folder`, or where ROS looks."""
     name, _, inside = address.removeprefix(PACKAGE).partition("/")

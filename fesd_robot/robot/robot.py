@@ -7,15 +7,17 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-import coal
 import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
 from fesd_robot.robot.body_names import SEPARATOR, name_on, shapes_on, visuals_on
+from fesd_robot.robot.followers import LimitNotes
 from fesd_robot.robot.model_file import Format, MultiJointMotor, Shape, Spring, geometry_model, shapes_of
+from fesd_robot.robot.reader_errors import captured_errors, last_sentence
 from fesd_robot.robot.root import ROOT_JOINT
 from fesd_robot.robot.tree import Tree
+from fesd_robot.robot.urdf_shapes import urdf_shapes
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +49,9 @@ class Robot:
         frame_names: names of all frames, each once.
         neutral: the configuration with every joint at zero, shape (nq,).
         notes: what the file says that the equations of motion leave out, one sentence each.
+        warnings: what in the file is perhaps not meant, one sentence each.
         shapes: of all bodies; None where Pinocchio reads them from the file, when they are drawn.
+        limit_notes: limits that are not those of their joint in the file, with where they are from.
         bodies: name -> the same for every free body beside it, which is a part of the model and of all names here, but
             not of the shapes.
     """
@@ -71,7 +75,9 @@ class Robot:
     frame_names: list[str] = field(repr=False)
     neutral: np.ndarray = field(repr=False)
     notes: tuple[str, ...]
+    warnings: tuple[str, ...]
     shapes: Sequence[Shape] | None = field(default=None, repr=False)
+    limit_notes: LimitNotes = field(default_factory=dict, repr=False)
     bodies: Mapping[str, Robot] = field(default_factory=dict, repr=False)
 
     def frame_id(self, name: str) -> int:
@@ -187,14 +193,14 @@ class Robot:
         return drawn
 
     def _read_shapes(self, kind: pin.GeometryType) -> pin.GeometryModel:
-        path = str(self.source)
-        packages = [str(directory) for directory in self.package_directories]
-        try:
-            if self.format == "sdf":
-                return pin.buildGeomFromSdf(self.model, path, kind, "", packages)
-            loader = coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBBRSS)  # legs share their meshes
-            return pin.buildGeomFromUrdf(self.model, path, kind, package_dirs=packages, mesh_loader=loader)
-        except Exception as error:
-            raise RobotError(
-                f"The shapes of {self.source} cannot be read: {' '.join(str(error).split()).rstrip('.')}."
-            ) from error
+        directories = self.package_directories
+        with captured_errors():
+            try:
+                if self.format == "sdf":
+                    return pin.buildGeomFromSdf(self.model, str(self.source), kind, "", [*map(str, directories)])
+                return urdf_shapes(self.source, self.model, kind, directories)
+            except RobotError:
+                raise
+            except Exception as error:
+                said = last_sentence(str(error)).rstrip(".")
+                raise RobotError(f"The shapes of {self.source} cannot be read: {said}.") from error

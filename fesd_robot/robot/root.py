@@ -7,11 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError
-from fesd_robot.exactness import LAST_BITS
 from fesd_robot.robot.joints import FreeFlyer, Planar
 
 Root = Literal["fixed", "sagittal", "planar", "free_flyer"]
@@ -29,9 +27,6 @@ FLYER_HEIGHT = f"{ROOT_JOINT}.z"
 
 SAGITTAL_NAMES = ("root_x", ROOT_HEIGHT, ROOT_PITCH)
 """Coordinates of a sagittal root: forward, m, up, m, and nose down, rad about +y."""
-
-_RIGHT_ANGLE_ROUNDING = 1e-5
-"""Entry of a rotation matrix; a placement this close to right angles means them, to the digits written (1.5708)."""
 
 
 def make_root_joint(root: Root) -> pin.JointModel | None:
@@ -109,22 +104,3 @@ def refuse_second_root(path: Path, model: pin.Model, root: Root) -> None:
             raise RobotError(f"{path} has its own free root joint '{name}'; set root to 'fixed' instead of '{root}'.")
         if root == "sagittal" and name in SAGITTAL_NAMES:
             raise RobotError(f"{path} has its own joint '{name}'; set root to 'fixed' instead of 'sagittal'.")
-
-
-def square_placements(model: pin.Model) -> list[str]:
-    """Turn joint placements that miss right angles by the digits of the file to exactly those, in place.
-
-    A leg of a sagittal robot stays in its plane only if its axes are exactly across; with an angle of 1.5708 rad a foot
-    would leave it by micrometres.
-
-    Returns:
-        names of the joints that were turned.
-    """
-    turned = []
-    for index in range(1, model.njoints):
-        rotation = model.jointPlacements[index].rotation
-        square = np.round(rotation)
-        if LAST_BITS < np.abs(rotation - square).max() <= _RIGHT_ANGLE_ROUNDING:
-            model.jointPlacements[index].rotation = square
-            turned.append(model.names[index])
-    return turned

@@ -12,6 +12,7 @@ import pinocchio as pin
 from fesd_robot.errors import RobotError
 from fesd_robot.robot.joints import UnboundedRevolute
 from fesd_robot.robot.root import ROOT_JOINT, Root, root_values
+from fesd_robot.robot.xml_file import read_xml
 
 _FREE_ROOT_VALUES = 7
 """Of a root joint: x, y, z, m, and quaternion x, y, z, w."""
@@ -57,10 +58,10 @@ def _srdf_file(path: Path, robot: str) -> tuple[Path, ElementTree.Element] | Non
     own = [file for file in near if file.stem == path.stem]
     for file in own or near:
         try:
-            semantic = ElementTree.parse(file).getroot()
-        except (ElementTree.ParseError, UnicodeDecodeError) as error:
+            semantic = read_xml(file)
+        except RobotError:
             if own:
-                raise RobotError(f"{file} is not an XML file: {error}.") from error
+                raise
             continue
         if own or semantic.get("name") == robot:
             return file, semantic

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fesd_robot.errors import RobotError, nearest
+from fesd_robot.robot.followers import Follower
 from fesd_robot.robot.model_file import note
 
 _UNDRIVEN = ("fixed", "floating", "planar")
@@ -16,18 +17,25 @@ _UNDRIVEN = ("fixed", "floating", "planar")
 _XACRO = re.compile(r"\{https?://(www\.)?ros\.org/wiki/xacro.*\}")
 
 
-def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
-    """Return the mimic joints of a file, each with its leader; refuse files that Pinocchio misreads.
+def refuse_xacro(path: Path, root: ElementTree.Element) -> None:
+    """Refuse a file that xacro has still to expand.
 
     Raises:
-        RobotError: for a file that xacro has still to expand, for a planar joint whose plane is not x-y, which
-            Pinocchio takes as x-y all the same, and for a continuous joint that follows or leads, whose (cos, sin)
-            does not scale.
+        RobotError: says how to expand it.
     """
     if any(_XACRO.match(element.tag) for element in root.iter() if isinstance(element.tag, str)):
         raise RobotError(
             f"{path} is written in xacro; expand it first: xacro {path.name} > {path.name.split('.')[0]}.urdf."
         )
+
+
+def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
+    """Return the mimic joints of a file, each with its leader; refuse files that Pinocchio misreads.
+
+    Raises:
+        RobotError: for a planar joint whose plane is not x-y, which Pinocchio takes as x-y all the same, and for a
+            continuous joint that follows or leads, whose (cos, sin) does not scale.
+    """
     joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
     leaders: dict[str, str] = {}
     for name, joint in joints.items():
@@ -46,6 +54,18 @@ def check_urdf(path: Path, root: ElementTree.Element) -> dict[str, str]:
                 "make both revolute."
             )
     return leaders
+
+
+def mimic_joints(root: ElementTree.Element) -> list[Follower]:
+    """Return the joints of a file that follow others, of a file that can be built."""
+    mimics = [
+        (joint.get("name", ""), joint.find("mimic")) for joint in root.findall("joint") if joint.get("type") != "fixed"
+    ]
+    return [
+        Follower(name, law.get("joint", ""), float(law.get("multiplier", "1")), float(law.get("offset", "0")))
+        for name, law in mimics
+        if law is not None
+    ]
 
 
 def urdf_notes(root: ElementTree.Element, leaders: Mapping[str, str]) -> list[str]:

@@ -29,7 +29,8 @@ class Limits(Section):
     position: dict[Name, Bounds] = Field(
         default_factory=dict,
         description="Name of a configuration coordinate -> [lower, upper], m or rad, null for no limit on that side; "
-        "names not listed: the model's limits. Roll, pitch and yaw of an orientation have none but these.",
+        "names not listed: the model's limits. Roll, pitch and yaw of an orientation, and the angle of a continuous "
+        "joint, have none but these.",
     )
     velocity: dict[Name, SymmetricBounds] = Field(
         default_factory=dict,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import types
 from collections.abc import Sequence
 from typing import Annotated, Any, Union, get_args, get_origin
@@ -10,13 +9,10 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, Tag, ValidationError
 from pydantic_core import ErrorDetails
 
-from fesd_robot.errors import TaskError, nearest
+from fesd_robot.errors import TaskError, nearest, number_hint
 from fesd_robot.task.origins import KeyPath, Origins
 from fesd_robot.task.renamed_keys import RENAMED_KEYS, old_names
 from fesd_robot.task.schema import Task
-
-_NUMBER = re.compile(r"^\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([a-zA-Z°%][^\d]*)?$")
-"""A number, with a point or a comma, and what may be its unit."""
 
 _EXPECTED = {
     "float_type": "a number",
@@ -160,10 +156,8 @@ def _close(value: Any, valid: Sequence[Any]) -> str:
 
 def _number_hint(kind: str, value: Any) -> str:
     """Return how to write a number that is there as text with a unit, a decimal comma or quotes."""
-    if kind not in ("float_type", "int_type") or not isinstance(value, str) or not (match := _NUMBER.match(value)):
-        return ""
-    number, rest = match.group(1).replace(",", "."), match.group(2)
-    return f"{' without unit, in SI units and radians' if rest else f', written {number} without quotes'}"
+    hint = number_hint(value) if kind in ("float_type", "int_type") and isinstance(value, str) else ""
+    return f"{hint} without quotes" if hint.startswith(", written") else hint
 
 
 def _describe(value: Any) -> str:

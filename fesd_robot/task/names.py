@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import MappingProxyType
+from typing import Literal
 
 from fesd_robot.errors import nearest
 from fesd_robot.exactness import ROUNDED
-from fesd_robot.orientations import angles_of, orientations_of, value_names
+from fesd_robot.orientations import angle_names, value_names
 from fesd_robot.task.constraints import BodyPoint, SwingClearance
 from fesd_robot.task.contacts import BodyContact, TwoBodyContact
 from fesd_robot.task.costs import COST_TERMS
@@ -88,11 +89,12 @@ def check_values(
     velocity_limits: Mapping[str, tuple[float, float]],
     units: Mapping[str, str] | None = None,
     postures: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+    limit_notes: Mapping[tuple[Literal["position", "velocity"], str], str] = MappingProxyType({}),
 ) -> None:
     """Raise the first error, by line, about an initial value, goal, waypoint or apex outside its limits.
 
     Values that the task gives are checked, and velocities of the start that it leaves at 0; limits in the task come
-    before those passed in. An angle of an orientation is one turn at most, as limits that nothing else gives.
+    before those passed in. An angle of an orientation or a turn is one turn at most, as limits that nothing else gives.
 
     Args:
         task: the task, its names already checked.
@@ -101,11 +103,12 @@ def check_values(
         units: name of a configuration coordinate -> ``m`` or ``rad``; with it the error says what the value would be
             in another unit, if that lies within the limits.
         postures: those of the robot's model file; values of one that the task uses are checked, too.
+        limit_notes: ``position`` or ``velocity``, and name -> where the robot's limit is from.
 
     Raises:
         TaskError: some value lies outside; the error names the value and both limits.
     """
-    turns = dict.fromkeys(_angles(configuration_limits), (-2 * math.pi, 2 * math.pi))
+    turns = dict.fromkeys(angle_names(configuration_limits), (-2 * math.pi, 2 * math.pi))
     configuration = {**turns, **configuration_limits, **task.limits.position}
     velocity = {**velocity_limits, **task.limits.velocity}
     groups: list[tuple[KeyPath, Mapping[str, float], Mapping[str, tuple[float, float]]]] = []
@@ -127,14 +130,16 @@ def check_values(
         for name, value in values.items():
             lower, upper = limits.get(name, (-float("inf"), float("inf")))
             if not lower - ROUNDED <= value <= upper + ROUNDED:
-                source = f"limits.{'velocity' if limits is velocity else 'position'}" if name in given else "the robot"
+                kind: Literal["position", "velocity"] = "velocity" if limits is velocity else "position"
+                source = f"limits.{kind}" if name in given else "the robot"
+                why = limit_notes.get((kind, name), "") if name not in given else ""
                 words = "one turn in rad" if name in turns and name not in given else f"the limits in {source}"
                 unit = None if limits is velocity else "rad" if name in turns else (units or {}).get(name)
                 problems.append(
                     (
                         (*path, name),
                         f"found {value:g}, expected a value in [{lower:g}, {upper:g}], {words}"
-                        f"{_in_another_unit(value, unit, lower, upper)}",
+                        f"{_in_another_unit(value, unit, lower, upper)}{f' ({_as_part(why)})' if why else ''}",
                     )
                 )
     for name, (lower, upper) in task.limits.velocity.items():
@@ -152,8 +157,8 @@ def check_values(
         raise error
 
 
-def _angles(names: Collection[str]) -> list[str]:
-    return [angle for joint in orientations_of(names) for angle in angles_of(joint)]
+def _as_part(sentence: str) -> str:
+    return sentence[:1].lower() + sentence[1:].rstrip(".")
 
 
 _FOREIGN = {"rad": ("degrees", math.pi / 180), "m": ("mm", 1e-3)}

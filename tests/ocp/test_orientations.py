@@ -304,7 +304,7 @@ def test_faults_are_located(formulated: Formulated, line: str, key: str, fragmen
 
 def test_a_start_outside_the_limits_of_an_angle_is_located(formulated: Formulated) -> None:
     """Whichever way it is written: the neutral orientation, which nothing mentions, has no roll."""
-    with pytest.raises(TaskError, match="found limits that the initial orientation is outside of") as caught:
+    with pytest.raises(TaskError, match="found limits that the initial angle is outside of") as caught:
         formulated("initial: {configuration: {root_joint.z: 1}}\nlimits: {position: {root_joint.roll: [0.1, 1]}}\n")
     assert caught.value.key == "limits.position.root_joint.roll"
     with pytest.raises(TaskError, match=r"found 0\.2, expected .*, the limits in limits\.position"):

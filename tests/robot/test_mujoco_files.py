@@ -258,7 +258,7 @@ TWO = f"<worldbody>{_body(HINGE)}{OTHER}</worldbody>"
         ('<include file="x.xml"/>', "x.xml"),
         (
             '<worldbody><body name="b"><joint type="screw"/></body></worldbody>',
-            "cannot be read: .*invalid keyword.*line",
+            "cannot be read: element 'joint' in line 1: invalid keyword: 'screw'",
         ),
         (f'<option density="1.2"/>{ARM}', r"found density of a fluid \(1.2 kg/m3\), which is not supported"),
         (ARM.replace('name="b"', 'name="b" gravcomp="1"'), r"found gravity compensation \(1 of body 'b'\)"),

@@ -121,10 +121,11 @@ def test_pitch_is_nose_down(assert_close):
     assert_close(pose.rotation[:, 0], np.array([np.cos(0.1), 0.0, -np.sin(0.1)]))
 
 
-def test_right_angles_in_few_digits_are_noted_and_exact():
-    """HyQ's hips are turned by 1.57079632679; the plane takes them as right angles and says so."""
+@pytest.mark.parametrize("root", ["sagittal", "fixed"])
+def test_right_angles_in_few_digits_are_noted_and_exact(root):
+    """HyQ's hips are turned by 1.57079632679; a plane takes them as right angles and says so."""
     note = "right angles"
-    robot = load_robot("example-robot-data:hyq", root="sagittal")
+    robot = load_robot("example-robot-data:hyq", root=root)
     assert any(note in sentence and "lf_haa_joint" in sentence for sentence in robot.notes)
     assert not any(note in sentence for sentence in load_robot("example-robot-data:hyq", root="free_flyer").notes)
     for placement in list(robot.model.jointPlacements)[1:]:

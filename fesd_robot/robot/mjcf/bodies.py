@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError
-from fesd_robot.robot.couple import set_entries
+from fesd_robot.robot.followers import set_entries
 from fesd_robot.robot.mjcf.compiled import disabled, name_of
 from fesd_robot.robot.mjcf.drives import ForceRange
 from fesd_robot.robot.root import ROOT_JOINT

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import mujoco
 import numpy as np
 
 from fesd_robot.errors import RobotError
+from fesd_robot.robot.mjcf.words import check_mjcf, in_one_sentence
 
 logger = logging.getLogger(__name__)
 
@@ -22,14 +24,31 @@ def compiled_mjcf(path: Path) -> mujoco.MjModel:
     Raises:
         RobotError: a file that MuJoCo cannot read, in its words, or one with physics that is left out.
     """
+    check_mjcf(path)
     try:
         with _warnings_logged():
             model = mujoco.MjModel.from_xml_path(str(path))
-    except (ValueError, mujoco.FatalError) as error:
-        raise RobotError(f"{path} cannot be read: {' '.join(str(error).split()).rstrip('.')}.") from error
-    for sentence in _left_out(model):
+    except (ValueError, mujoco.FatalError, UnicodeDecodeError) as error:
+        raise RobotError(f"{path} cannot be read: {in_one_sentence(str(error))}.") from error
+    for sentence in chain(_unusable(model), _wrong_ranges(model), _left_out(model)):
         raise RobotError(f"{path}: {sentence}.")
     return model
+
+
+def _unusable(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield why a model is none of a robot, a sentence each."""
+    try:
+        model.names.decode()
+    except UnicodeDecodeError:
+        yield "found names that are not in UTF-8, expected that encoding, also in included files"
+    if model.nbody <= 1:
+        yield "found no body, expected one that moves"
+    for kind, properties in _FINITE.items():
+        for name in properties:
+            finite = np.isfinite(getattr(model, f"{kind}_{name}"))
+            for row in np.flatnonzero(~(finite.all(axis=1) if finite.ndim > 1 else finite)):
+                what = f"{kind} '{name_of(model, kind, int(row))}'"
+                yield f"{what}: found a number in '{name}' that is not finite, expected a finite one"
 
 
 @contextlib.contextmanager
@@ -58,8 +77,25 @@ def disabled(model: mujoco.MjModel, what: str) -> bool:
     return bool(model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}"))
 
 
-def _left_out(model: mujoco.MjModel) -> list[str]:
-    """Return the unsupported parts of a file that change the motion, a sentence each."""
+def _wrong_ranges(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield a sentence for every range of no width or the wrong way round, which MuJoCo would take as no limit."""
+    ranges = {
+        ("joint", "range"): (model.jnt_limited, model.jnt_range),
+        ("joint", "actuatorfrcrange"): (model.jnt_actfrclimited, model.jnt_actfrcrange),
+        ("actuator", "ctrlrange"): (model.actuator_ctrllimited, model.actuator_ctrlrange),
+        ("actuator", "forcerange"): (model.actuator_forcelimited, model.actuator_forcerange),
+    }
+    for (kind, key), (limited, values) in ranges.items():
+        for index, limits in enumerate(values):
+            if not limited[index] and limits[0] >= limits[1] and np.any(limits):
+                yield (
+                    f"found {key} [{limits[0]:g}, {limits[1]:g}] of {kind} '{name_of(model, kind, index)}', which "
+                    "MuJoCo takes as no limit, expected lower < upper"
+                )
+
+
+def _left_out(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield the unsupported parts of a file that change the motion, a sentence each."""
     moving = model.jnt_type[np.asarray(model.dof_jntid)] if model.nv else np.zeros(0)
     single = (moving == mujoco.mjtJoint.mjJNT_HINGE) | (moving == mujoco.mjtJoint.mjJNT_SLIDE)
     several = [j for j in range(model.njnt) if model.jnt_type[j] in _SEVERAL]
@@ -77,23 +113,30 @@ def _left_out(model: mujoco.MjModel) -> list[str]:
          _largest(model, "joint", np.where(np.isin(range(model.njnt), several), model.jnt_stiffness, 0)), "0"),
         (np.any(model.dof_frictionloss[~single]), "dry friction of a free or ball joint", "frictionloss", "0"),
     ]  # fmt: skip
-    sentences = [f"found {what} ({size}), which is not supported, expected {wanted}" for yes, what, size, wanted in
-                 found if yes]  # fmt: skip
+    for yes, what, size, wanted in found:
+        if yes:
+            yield f"found {what} ({size}), which is not supported, expected {wanted}"
     for name in ("tendon_stiffness", "tendon_damping", "tendon_frictionloss", "tendon_armature", "tendon_limited"):
         values = _array(model, name)
         if np.any(values):
             what = name.removeprefix("tendon_").replace("limited", "range")
             at = name_of(model, "tendon", int(np.flatnonzero(values)[0]))
-            sentences.append(f"found tendon '{at}' with {what}, which is not supported, expected a tendon without")
+            yield f"found tendon '{at}' with {what}, which is not supported, expected a tendon without"
     for i in range(model.neq):
         if model.eq_active0[i] and model.eq_type[i] != mujoco.mjtEq.mjEQ_JOINT:
             kind = mujoco.mjtEq(int(model.eq_type[i])).name.removeprefix("mjEQ_").lower()
-            sentences.append(
+            yield (
                 f"found <{kind}> '{name_of(model, 'equality', i)}' in <equality>, which closes a loop, expected a tree "
                 'of joints; leave it out or write active="false"'
             )
-    return sentences
 
+
+_FINITE = {
+    "body": ("pos", "quat", "ipos", "iquat", "mass", "inertia"),
+    "geom": ("pos", "quat", "size", "friction"),
+    "site": ("pos", "quat"),
+}
+"""Kind of an element -> its numbers that are to be finite; MuJoCo reads NaN and goes on."""
 
 _SEVERAL = (int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL))
 
@@ -104,5 +147,7 @@ def _array(model: mujoco.MjModel, name: str) -> Any:
 
 
 def _largest(model: mujoco.MjModel, kind: str, values: np.ndarray) -> str:
+    if not len(values):
+        return "0"
     at = int(np.argmax(np.abs(values)))
     return f"{values[at]:g} of {kind} '{name_of(model, kind, at)}'"

@@ -4,25 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError
-from fesd_robot.robot.couple import set_entries
+from fesd_robot.robot.followers import Follower, set_entries
 from fesd_robot.robot.mjcf.compiled import name_of
 from fesd_robot.robot.model_file import Spring
-
-
-class Follower(NamedTuple):
-    """A joint whose position is ``ratio * q + offset``, with the position q of its leader."""
-
-    name: str
-    leader: str
-    ratio: float
-    offset: float
 
 
 def joint_equalities(path: Path, model: mujoco.MjModel) -> list[Follower]:
@@ -56,11 +46,13 @@ def joint_equalities(path: Path, model: mujoco.MjModel) -> list[Follower]:
     return followers
 
 
-def with_followers(
+def move_to_leaders(
     path: Path, model: pin.Model, springs: Mapping[str, Spring], followers: Sequence[Follower]
-) -> tuple[pin.Model, dict[str, Spring]]:
-    """Return a model in which joints follow others, with their springs, damping, armature and dry friction on
-    their leaders.
+) -> dict[str, Spring]:
+    """Add motors, damping, armature and dry friction of joints that follow to their leaders, in place.
+
+    Returns:
+        springs by joint, those of followers on their leaders, too.
 
     Raises:
         RobotError: a leader that follows another joint itself, or a joint that follows two.
@@ -80,8 +72,10 @@ def with_followers(
         for name in ("lowerDryFrictionLimit", "upperDryFrictionLimit"):
             values = getattr(model, name)
             set_entries(model, name, w, [values[w] + abs(one.ratio) * values[v]])
-        model = pin.transformJointIntoMimic(model, leader, follower, one.ratio, one.offset)
+        efforts = sorted(one.ratio * getattr(model, name)[v] for name in ("lowerEffortLimit", "upperEffortLimit"))
+        set_entries(model, "lowerEffortLimit", w, [model.lowerEffortLimit[w] + efforts[0]])
+        set_entries(model, "upperEffortLimit", w, [model.upperEffortLimit[w] + efforts[1]])
         if one.name in combined:
             own = combined.get(one.leader, Spring(0.0, 0.0))
             combined[one.leader] = own.and_follower(combined.pop(one.name), one.ratio, one.offset)
-    return model, combined
+    return combined

@@ -8,13 +8,15 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from fesd_robot.robot.followers import Follower, with_followers
 from fesd_robot.robot.mjcf.bodies import build_bodies, root_body
 from fesd_robot.robot.mjcf.compiled import compiled_mjcf, disabled, name_of
 from fesd_robot.robot.mjcf.drives import read_actuators
-from fesd_robot.robot.mjcf.equalities import Follower, joint_equalities, with_followers
+from fesd_robot.robot.mjcf.equalities import joint_equalities, move_to_leaders
 from fesd_robot.robot.mjcf.keyframes import read_keyframes
 from fesd_robot.robot.mjcf.shapes import read_shapes
-from fesd_robot.robot.model_file import ModelFile, Spring, note
+from fesd_robot.robot.model_file import ModelFile, Spring, note, on_leaders
+from fesd_robot.robot.right_angles import SQUARE_AXES, square_axes
 from fesd_robot.robot.root import Root, make_root_joint
 
 
@@ -36,13 +38,26 @@ def read_mjcf(path: Path, root: Root) -> ModelFile:
     actuators, followers = read_actuators(compiled), joint_equalities(path, compiled)
     model = build_bodies(compiled, actuators.efforts, body, make_root_joint(root))
     springs = dict(_springs(compiled))
-    model, springs = with_followers(path, model, springs, followers)
+    changed = square_axes(model)
+    springs = move_to_leaders(path, model, springs, followers)
+    model, limit_notes = with_followers(path, model, followers)
+    drives = on_leaders(actuators.drives, followers)
+    without = [name for name in actuators.drives if name not in drives]
     return ModelFile(
         model=model,
         format="mjcf",
-        notes=[*actuators.notes, *_notes(compiled, followers)],
+        notes=[
+            *actuators.notes,
+            *note(
+                "Motors that push a joint and one that follows it against each other, and so nothing: {}.",
+                without,
+            ),
+            *note(SQUARE_AXES, changed),
+            *_notes(compiled, followers),
+        ],
         springs=springs,
-        drives=actuators.drives,
+        drives=drives,
+        limit_notes=limit_notes,
         postures=read_keyframes(compiled, root, body, {one.name for one in followers}),
         shapes=read_shapes(compiled),
     )
