@@ -16,8 +16,8 @@ finds when contact happens, and returns the motion in physical time with forces,
     # hopper_one_jump
 
 Tasks: `load_task` -> `Task`, `explain`, `draw_task`. Planning: `plan` -> `Plan`. Files: `write_plan`, `read_plan`,
-`export_plan`, `render_plan`, `report`. Following a plan: `tracking_gains`, `Tracker`. Simulating: `simulate`, of a task, a plan, or a system. Every error that a user
-can meet is a `FesdRobotError`, and its message says what to change.
+`export_plan`, `render_plan`, `report`. Following a plan: `tracking_gains`, `Tracker`. Simulating: `simulate`, of a
+task, a plan, or a system. Every error that a user can meet is a `FesdRobotError`, and its message says what to change.
 
 Four rooms are a library without robots: `dcs` (nonsmooth systems and their complementarity form), `fesd`
 (discretisation with switch detection, `simulate`), `mpcc` (mathematical programs with complementarity constraints) and

@@ -20,7 +20,7 @@ from fesd_robot.task import Task
 
 SOURCES = Path(fesd_robot.__file__).parent
 ROOMS = (
-    "explanation", "ocp", "planning", "plans", "recovery", "refinement", "render", "replay", "robot", "running",
+    "explanation", "in_mujoco", "ocp", "planning", "plans", "recovery", "refinement", "render", "replay", "robot", "running",
     "simulation", "starts", "task", "tracking",
 )  # fmt: skip
 LAZY = ("fesd_robot", *(f"fesd_robot.{room}" for room in ROOMS))
