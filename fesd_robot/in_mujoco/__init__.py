@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fesd_robot.in_mujoco.driving import Controller, Disturbance, Noise, OpenLoop, RunRecord, run
     from fesd_robot.in_mujoco.files import write_replay
     from fesd_robot.in_mujoco.measures import Deviation
-    from fesd_robot.in_mujoco.perturbations import perturbations
+    from fesd_robot.in_mujoco.perturbed import perturbations
     from fesd_robot.in_mujoco.pictures import play, write_video
     from fesd_robot.in_mujoco.replays import Replay, ReplayRun, replay
     from fesd_robot.in_mujoco.scene import MujocoScene, mujoco_scene, scene_file, sliding_contacts
@@ -44,7 +44,7 @@ else:
             "fesd_robot.in_mujoco.controllers": ["CONTROLLERS"],
             "fesd_robot.in_mujoco.files": ["write_replay"],
             "fesd_robot.in_mujoco.measures": ["Deviation"],
-            "fesd_robot.in_mujoco.perturbations": ["perturbations"],
+            "fesd_robot.in_mujoco.perturbed": ["perturbations"],
             "fesd_robot.in_mujoco.pictures": ["play", "write_video"],
             "fesd_robot.in_mujoco.replays": ["Replay", "ReplayRun", "replay"],
             "fesd_robot.in_mujoco.driving": ["Controller", "Disturbance", "Noise", "OpenLoop", "RunRecord", "run"],

@@ -10,7 +10,7 @@ from fesd_robot.errors import PlanFileError
 from fesd_robot.in_mujoco.controllers import CONTROLLERS, MakeController, controller_of
 from fesd_robot.in_mujoco.driving import HOLD, RunRecord, run
 from fesd_robot.in_mujoco.measures import Deviation
-from fesd_robot.in_mujoco.perturbations import Perturbation, perturbations
+from fesd_robot.in_mujoco.perturbed import Perturbation, perturbations
 from fesd_robot.in_mujoco.scene import MujocoScene, mujoco_scene, sliding_contacts
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, task_of

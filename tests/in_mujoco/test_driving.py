@@ -10,7 +10,7 @@ from fesd_robot.errors import OptionError, PlanFileError
 from fesd_robot.in_mujoco import Deviation, Disturbance, MujocoScene, Noise, OpenLoop, mujoco_scene, replay, run
 from fesd_robot.in_mujoco.driving import Touch, _start
 from fesd_robot.in_mujoco.measures import _matched
-from fesd_robot.in_mujoco.perturbations import offset, perturbations
+from fesd_robot.in_mujoco.perturbed import offset, perturbations
 from fesd_robot.ocp import MotionProblem, numeric_physics
 from fesd_robot.plans import Plan
 from fesd_robot.plans.plan import Switch
