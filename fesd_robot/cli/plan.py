@@ -13,7 +13,7 @@ from fesd_robot.cli.arguments import Overrides, Quiet, TaskFile
 from fesd_robot.cli.exits import ExitCode
 from fesd_robot.cli.interrupts import Interrupts
 from fesd_robot.cli.progress import Progress, progress_for, wrapped
-from fesd_robot.running import Activity
+from fesd_robot.running import Activity, Deadline, held_to
 
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
@@ -67,7 +67,8 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool, better_than: Pat
             task, folder = load()
             check_output_folder(folder)
             progress.limit(task.solver.time_limit)
-            result = _solve(task, progress, interrupts, None if better_than else folder)
+            with held_to(Deadline(task.solver.time_limit, progress.spent)):
+                result = _solve(task, progress, interrupts, None if better_than else folder)
             kept = better_than is not None and not _is_better(result, better_than)
             written = folder if kept else _write(result, task, folder, progress, interrupts)
         if kept:

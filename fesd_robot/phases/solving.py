@@ -205,7 +205,7 @@ class PhaseSolver:
             sequence: with durations that are guessed.
             below: cost above which durations are not freed; of a motion with given durations it is hardly reached.
         """
-        own = self._on_grid(sequence)
+        own = self.on_grid(sequence)
         effort, lengths, w = self.run.effort, own.sequence.durations, own.transcription.problem.start
         end = self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)
         if end is None:
@@ -231,12 +231,12 @@ class PhaseSolver:
             sequence: of the motion, with the durations of its guess.
             w: the motion, (n).
         """
-        own = self._on_grid(sequence)
+        own = self.on_grid(sequence)
         return KnownTrajectory.of(BranchMotion(own.polisher, w, own.branch))
 
     def motion_of(self, sequence: Sequence, report: PolishingReport) -> PhaseMotion:
         """Return a motion that another process has found, of a sequence with the durations of its guess."""
-        return PhaseMotion(self._on_grid(sequence), report)
+        return PhaseMotion(self.on_grid(sequence), report)
 
     def from_known(self, sequence: Sequence, along: KnownTrajectory) -> PhaseMotion | None:
         """Return the motion of the sequence of another motion, from that; None if none is found.
@@ -245,7 +245,7 @@ class PhaseSolver:
             sequence: of that motion, with its durations.
             along: that motion, on whatever grid.
         """
-        own = self._on_grid(sequence)
+        own = self.on_grid(sequence)
         w, lengths, iterations = start_along(along, own), own.sequence.durations, self.run.effort.free_iterations
         if found := self._freed(own, w, KNOWN, iterations, np.inf):
             return found
@@ -262,7 +262,7 @@ class PhaseSolver:
             along: that motion.
             below: cost that it is to stay below; where it does not after one NLP it is given up.
         """
-        own, effort = self._on_grid(sequence), self.run.effort
+        own, effort = self.on_grid(sequence), self.run.effort
         screening = _Screening(below, sequence_of(along).key_with(self.motion.ocp.knots), effort.hope)
         return self._freed(own, start_along(along, own), NEIGHBOUR, effort.neighbour_iterations, below, screening)
 
@@ -332,7 +332,7 @@ class PhaseSolver:
             less = near.sequence.without_impacts(soft).without(vanished)
             if screening and near.cost > below and less.key_with(self.motion.ocp.knots) == screening.origin:
                 break
-            own = self._on_grid(less)
+            own = self.on_grid(less)
             lengths, w = own.sequence.durations, start_along(near.along, own)
         return found if found and found.cost < below else None
 
@@ -354,7 +354,7 @@ class PhaseSolver:
             for side in (0, 1)
         )
 
-    def _on_grid(self, sequence: Sequence) -> Discretised:
+    def on_grid(self, sequence: Sequence) -> Discretised:
         """Return a sequence on its grid; a few are kept, for all neighbours of a motion begin from its own."""
         asked = sequence.without_knots.lasting(self.motion.grid.nominal), self.parts
         known = self._grids.pop(asked, None)

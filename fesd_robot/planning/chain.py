@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.neighbours import KnownTrajectory
 from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
-from fesd_robot.mpcc import BranchBounds, Mpcc, MpccSolution, NlpReport, Run, solve
+from fesd_robot.mpcc import BranchBounds, Mpcc, MpccSolution, NlpReport, Run, begun, solve
 from fesd_robot.nlp import NEAR, SAME, NlpPoint
 from fesd_robot.ocp import MotionProblem, formulate, with_hard_goal
 from fesd_robot.phases import PhaseMotion, PhaseSolver, SequenceSearch, guessed_sequences, hops, sequence_of
@@ -21,7 +22,17 @@ from fesd_robot.planning.fallbacks import Overrides, with_overrides
 from fesd_robot.planning.search_steps import SearchSteps
 from fesd_robot.plans import LocalSearch, Plan, TriedSequence
 from fesd_robot.refinement import NO_MOTION, Repair, SolvedMotion, refined
-from fesd_robot.running import Activity, ActivityCallback, InBackground, ProgressCallback, cores_for
+from fesd_robot.running import (
+    Activity,
+    ActivityCallback,
+    Deadline,
+    InBackground,
+    OutOfTime,
+    ProgressCallback,
+    check_time,
+    cores_for,
+    held_to,
+)
 from fesd_robot.starts import (
     earlier_trajectory,
     kept_motion,
@@ -99,20 +110,33 @@ class Chain:
         """
         task = motion.task
         self.on_activity(Activity.SEARCHING)
-        solver = PhaseSolver(motion, replace(self.run, report=self.reports.append))
+        solver, first = PhaseSolver(motion, replace(self.run, report=self.reports.append)), np.inf
         search = SequenceSearch(solver, cores_for(task.solver.processes), self.on_progress, self._cheaper)
         own = with_hard_goal(motion) if hard_goal and task.goal.soft else motion
-        if not self.run.effort.search_starts and (kept := self._kept(motion)):
-            return self._refined(replace(kept, motion=own))
-        try:
-            self._find(search, motion)
-            first = search.cost
-            if search.best and self.run.effort.search_starts:
-                self.on_activity(Activity.IMPROVING)
-                self._improve(search, own)
-        finally:
-            search.close()
-        return self._refined(self._best(search, own, first)) if search.best else None
+        with contextlib.suppress(OutOfTime):
+            if not self.run.effort.search_starts and (kept := self._kept(motion)):
+                return self._refined(replace(kept, motion=own))
+            try:
+                self._find(search, motion)
+                first = search.cost
+                if search.best and self.run.effort.search_starts:
+                    self.on_activity(Activity.IMPROVING)
+                    self._improve(search, own)
+            finally:
+                search.close()
+        if search.best:
+            return self._refined(self._best(search, own, min(first, search.cost)))
+        return self._guessed(solver, own) if self.run.deadline.left <= 0 else None
+
+    def _guessed(self, solver: PhaseSolver, motion: MotionProblem) -> SolvedMotion | None:
+        """Return where the first sequence begins, which is no motion, for a task whose time limit came before any."""
+        with held_to(Deadline()):
+            sequence = next(iter(guessed_sequences(motion)), None)
+            if sequence is None:
+                return None
+            polisher = solver.on_grid(sequence).polisher
+            solution = replace(begun(polisher.transcription.problem, 0.0), reports=list(self.reports))
+            return SolvedMotion.of(motion, polisher, solution)
 
     def _kept(self, motion: MotionProblem) -> SolvedMotion | None:
         """Return the motion of an earlier plan on the elements and with the multipliers that it ended with.
@@ -137,7 +161,9 @@ class Chain:
     def _best(self, search: SequenceSearch, motion: MotionProblem, first: float) -> SolvedMotion:
         """Return the cheapest motion of a search, of which the first one had a cost."""
         assert search.best is not None
-        best = search.solver.settled(search.best)
+        best = search.best
+        with contextlib.suppress(OutOfTime):
+            best = search.solver.settled(best)
         solution = best.solution(list(self.reports), search.seconds)
         return replace(SolvedMotion.of(motion, best.own.polisher, solution), search=_summary(search, first))
 
@@ -203,6 +229,7 @@ class Chain:
             uniform = formulate(with_overrides(task, changes))
             polisher = BranchTranscription(Transcription(uniform.ocp, uniform.fesd))
             found = self._loose(polisher)
+            check_time()
             self._from_branches(search, "coarse homotopy" if changes else "homotopy", polisher, found)
             if search.best is not None or search.solver.over:
                 return
@@ -236,10 +263,12 @@ class Chain:
     def _refined(self, motion: SolvedMotion) -> SolvedMotion:
         """Return a motion as accurate as its task asks for."""
         accuracy = motion.motion.task.method.accuracy
-        if accuracy == "none":
+        if accuracy == "none" or self.run.deadline.left <= 0:
             return motion
         self.on_activity(Activity.REFINING)
-        return refined(motion, accuracy, self.noted)
+        with contextlib.suppress(OutOfTime):
+            motion = refined(motion, accuracy, self.noted)
+        return motion
 
     def _first(self, motion: MotionProblem, transcription: Transcription) -> tuple[BranchTranscription, MpccSolution]:
         """Return the motion of an earlier plan, of the robot that is let go, or of a homotopy."""
@@ -254,11 +283,14 @@ class Chain:
             return stop is not None and stop(iteration, objective)
 
         run = replace(self.run, report=searching, stop=iterating)
-        if found := warm_start(motion, transcription, run):
-            return found
-        if needs_simulated_start(motion) and (found := simulated_start(motion, transcription, run)):
-            return found
         repair, polisher = Repair(transcription, run), BranchTranscription(transcription)
+        try:
+            if found := warm_start(motion, transcription, run):
+                return found
+            if needs_simulated_start(motion) and (found := simulated_start(motion, transcription, run)):
+                return found
+        except OutOfTime:
+            return polisher, begun(transcription.problem, 0.0)
         solution = solve(transcription.problem, run, polisher=polisher, otherwise=repair)
         return repair.repaired(polisher, solution)
 

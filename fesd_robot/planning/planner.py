@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from fesd_robot.mpcc import Certificate, NlpReport, Run
+from fesd_robot.mpcc import Certificate, NlpReport, NlpStatus, Run
 from fesd_robot.native import begin_building
 from fesd_robot.ocp import assembled_plan, conflict_of, formulate, homotopy_options
 from fesd_robot.planning.attempts import AttemptedPlan, NoSequence, best_plan
@@ -19,11 +19,11 @@ from fesd_robot.planning.fallbacks import (
     SOFT_GOAL,
     Overrides,
     has_hard_goal,
-    time_left,
     with_overrides,
 )
 from fesd_robot.planning.suggestions import suggestions
 from fesd_robot.plans import (
+    Audit,
     Plan,
     SolveEffort,
     Status,
@@ -35,13 +35,17 @@ from fesd_robot.plans import (
     status_of,
 )
 from fesd_robot.refinement import SolvedMotion, descended
+from fesd_robot.replay import MotionReplay
 from fesd_robot.running import (
     Activity,
     ActivityCallback,
     Deadline,
+    OutOfTime,
     ProgressCallback,
     SearchEffort,
     Stop,
+    held_deadline,
+    held_to,
     stop_requested,
 )
 from fesd_robot.starts import finite_elements_of
@@ -65,9 +69,10 @@ def plan(
     """Plan the motion that a task describes, and with fallback settings if its own do not solve it.
 
     Args:
-        task: from `load_task`. Where no sequence of phases leads to a motion on a control grid that moves, it is
-            planned on one that stands still. `task.solver.retries` is the number of fallback settings
-            (`planning.fallbacks.FALLBACKS`); after them a motion is looked for that comes near to the goal.
+        task: from `load_task`; its time limit counts from now on, or is that of `running.held_to`. Where no sequence of
+            phases leads to a motion on a control grid that moves, it is planned on one that stands still.
+            `task.solver.retries` is the number of fallback settings (`planning.fallbacks.FALLBACKS`); after them a
+            motion is looked for that comes near to the goal.
         progress: called after every NLP of the homotopy, and with the NLPs of ever cheaper motions of the search.
         stop: called once an IPOPT iteration with (iteration, objective), and while other processes are waited for with
             (0, NaN); True ends the solve, and the best motion by then is returned, or the best iterate as not solved.
@@ -100,7 +105,8 @@ def plan(
         early=early,
         earlier=earlier,
     )
-    best = _best_of(task, run, tried, retrying, on_activity)
+    with held_to(run.deadline):
+        best = _best_of(task, run, tried, retrying, on_activity)
     return with_gains(best) if task.output.gains and best.status.solved else best
 
 
@@ -123,8 +129,7 @@ def _best_of(
         if attempts and retrying:
             retrying(overrides, attempts[-1].plan)
         begin = deadline.spent
-        changed = with_overrides(task, {**overrides, **time_left(deadline)})
-        attempts.append(AttemptedPlan(overrides, tried(changed), deadline.spent - begin))
+        attempts.append(AttemptedPlan(overrides, tried(with_overrides(task, overrides)), deadline.spent - begin))
         if attempts[-1].final or stop_requested(stop):
             break
     best = best_plan(attempts)
@@ -184,13 +189,26 @@ def attempt(
         known if early else None,
         earlier=earlier,
     )
-    deadline, on_activity = run.deadline, chain.on_activity
+    with held_to(run.deadline):
+        plan = _chained(task, chain, hard_goal)
+    return min([plan, *before], key=lambda one: one.statistics.objective if one.status.solved else np.inf)
+
+
+def _chained(task: Task, chain: Chain, hard_goal: bool) -> Plan:
+    """Return the plan that the chain from a task leads to, of one attempt."""
+    clock, on_activity = Deadline(), chain.on_activity
     on_activity(Activity.BUILDING)
     if task.solver.linear_solver in ("auto", "fesd"):
         begin_building()
     motion = formulate(task)
-    build_seconds = deadline.spent
-    chain = replace(chain, as_early=lambda solved: _plan_of(solved, None, chain, build_seconds))
+    build_seconds = clock.spent
+
+    def planned(solved: SolvedMotion, certificate: Certificate | None = None) -> Plan:
+        return _plan_of(
+            solved, certificate, chain, SolveEffort(chain.reports, build_seconds, clock.spent - build_seconds)
+        )
+
+    chain = replace(chain, as_early=planned)
     if motion.grid.moving:
         found = chain.on_phases(motion, hard_goal=hard_goal)
         if found is None:
@@ -199,15 +217,21 @@ def attempt(
     else:
         solved = chain.on_uniform_grid(motion, hard_goal=hard_goal)
     solved, certificate = descended(solved, task, chain.noted, on_activity)
-    plan = _plan_of(solved, certificate, chain, build_seconds)
-    return min([plan, *before], key=lambda one: one.statistics.objective if one.status.solved else np.inf)
+    return planned(solved, certificate)
 
 
-def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain, build_seconds: float) -> Plan:
-    """Return the plan of a motion, with its certificate if there is one."""
+def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain, effort: SolveEffort) -> Plan:
+    """Return the plan of a motion, with its certificate if there is one.
+
+    A motion that is one is still driven again for a moment after the time limit; where that does not suffice it is not
+    known to be solved.
+    """
+    conflict = _conflict(solved, chain.run)
+    with held_to(chain.run.deadline.with_grace):
+        replay = _replay_of(solved, chain.run)
+        audit = solved.audit if replay else solved.audit_without_replay
+        warnings = _overlaps_of(solved)
     motion, transcription, solution, w = solved.motion, solved.transcription, solved.solution, solved.on_branch.w
-    deadline = chain.run.deadline
-    effort = SolveEffort(chain.reports, build_seconds, deadline.spent - build_seconds)
     statistics = statistics_of(
         transcription.problem,
         solution,
@@ -223,15 +247,44 @@ def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain
         solved.physical,
         solved.physics,
         controls_of(controls[: len(names)], names, _interval_starts(solved)),
-        status=_status(solved, certificate, chain.run),
-        audit=solved.audit,
+        status=_status(solved, certificate, audit, conflict, replayed=replay is not None),
+        audit=audit,
         outcome=solved.outcome,
         statistics=statistics,
     )
-    summary = replay_summary(solved.replay, motion.robot.velocity_names)
+    summary = replay_summary(replay, motion.robot.velocity_names) if replay else None
     elements = finite_elements_of(solved.on_branch) if solution.exact else None
-    warnings = overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
     return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
+
+
+def _replay_of(solved: SolvedMotion, run: Run) -> MotionReplay | None:
+    """Return the motion driven again, None where no time is left for that."""
+    if run.deadline.left <= 0 and not solved.solution.solved:
+        return None
+    try:
+        return solved.replay
+    except OutOfTime:
+        return None
+
+
+def _overlaps_of(solved: SolvedMotion) -> list[str]:
+    """Return a sentence for what overlaps along a motion, or that no time was left to look."""
+    motion = solved.motion
+    try:
+        return overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
+    except OutOfTime:
+        return ["Whether bodies overlap is not known: the time limit came before that was looked at."]
+
+
+def _conflict(solved: SolvedMotion, run: Run) -> str:
+    """Return what stands against each other where a motion is not solved, as far as time is left to find it."""
+    if solved.solution.solved:
+        return ""
+    seconds = min(run.effort.conflict_seconds, 0.5 * run.deadline.left)
+    try:
+        return conflict_of(solved.motion, solved.on_branch.polisher, solved.on_branch.w, seconds)
+    except OutOfTime:
+        return ""
 
 
 def _interval_starts(solved: SolvedMotion) -> np.ndarray:
@@ -242,26 +295,36 @@ def _interval_starts(solved: SolvedMotion) -> np.ndarray:
     return grid.duration(ends) * np.arange(len(ends)) / len(ends)
 
 
-def _status(solved: SolvedMotion, certificate: Certificate | None, run: Run) -> Status:
+def _status(
+    solved: SolvedMotion, certificate: Certificate | None, audit: Audit, conflict: str, *, replayed: bool
+) -> Status:
     """Return the status of a motion, with its certificate if there is one."""
     motion, solution, w, known = solved.motion, solved.solution, solved.on_branch.w, solved.solution.solved
-    seconds = min(run.effort.conflict_seconds, 0.5 * run.deadline.left)
-    return status_of(
+    status = status_of(
         solution,
-        solved.audit,
+        audit,
         solved.outcome,
         motion.task.solver.tolerance,
         certificate,
         [] if known else solved.on_branch.polisher.out_of_elements(w),
         isinstance(motion.task.reference, Jumps),
-        "" if known else conflict_of(motion, solved.on_branch.polisher, w, seconds),
+        conflict,
     )
+    if replayed or not status.solved:
+        return status
+    return status.model_copy(update={"solved": False, "audit_passed": False, "message": NOT_REPLAYED})
+
+
+NOT_REPLAYED = (
+    "Not solved: time limit before the motion was driven again by the laws of rigid bodies, as the physics audit asks "
+    f"for; {NlpStatus.TIME_LIMIT.advice}."
+)
 
 
 def _run_of(task: Task, stop: Stop | None, report: Callable[[NlpReport], None] | None) -> Run:
-    """Return what all NLPs of a task have in common."""
-    effort = SearchEffort.of(task.solver.effort)
-    return Run(homotopy_options(task), Deadline(task.solver.time_limit), stop, report, effort)
+    """Return what all NLPs of a task have in common; its deadline is the one that is held to, if there is one."""
+    effort, deadline = SearchEffort.of(task.solver.effort), held_deadline() or Deadline(task.solver.time_limit)
+    return Run(homotopy_options(task), deadline, stop, report, effort)
 
 
 def _settings(task: Task) -> list[Overrides]:
@@ -284,8 +347,8 @@ def _with_what_helps(
             break
         if retrying:
             retrying(changes, last)
-        settings: Overrides = {"solver.effort": "quick", **time_left(run.deadline)}
-        last = attempt(with_overrides(changed, settings), progress=run.report, stop=run.stop, on_activity=on_activity)
+        quick = with_overrides(changed, {"solver.effort": "quick"})
+        last = attempt(quick, progress=run.report, stop=run.stop, on_activity=on_activity)
         tried = AttemptedPlan(changes, last, 0.0)
         if tried.solved:
             message = f"{plan.status.message} Tried, and solved: the same task with {settings_line(changes)}."
