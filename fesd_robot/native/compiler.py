@@ -9,6 +9,7 @@ import os
 import platform
 import shlex
 import shutil
+import signal
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -254,14 +255,14 @@ class _Background:
         started = list[subprocess.Popen[str]]()
         try:
             for command in commands:
-                started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True))
+                started.append(_begun(command))
                 self._running.add(started[-1])
             errors = [one.communicate(timeout=seconds_to_wait(TIME_LIMIT))[1] for one in started]
             return [(one.returncode, words) for one, words in zip(started, errors, strict=True)]
         finally:
             for one in started:
                 if one.poll() is None:
-                    one.kill()
+                    _killed(one)
                     one.wait()
                 self._running.discard(one)
 
@@ -271,9 +272,25 @@ class _Background:
             return
         self._ending = True
         for process in list(self._running):
-            process.kill()
+            _killed(process)
         for thread in self._begun.values():
             thread.join()
+
+
+def _begun(command: Sequence[str]) -> subprocess.Popen[str]:
+    """Return a compiler that runs in a group of its own, with the programs that it calls."""
+    return subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def _killed(process: subprocess.Popen[str]) -> None:
+    """End a compiler with the programs that it calls, which else would work on."""
+    if not hasattr(os, "killpg"):
+        process.kill()
+        return
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
 
 
 _BACKGROUND = _Background()

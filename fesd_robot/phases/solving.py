@@ -198,6 +198,11 @@ class PhaseSolver:
         """Whether the user or the time limit ended the last NLP, or no time is left."""
         return self.run.deadline.left <= 0 or bool(self.reports and self.reports[-1].status.ended_early)
 
+    @property
+    def first(self) -> Discretised | None:
+        """The sequence on its grid that was asked for before all others that are kept; None if there is none."""
+        return next(iter(self._grids.values()), None)
+
     def from_guess(self, sequence: Sequence, below: float = np.inf) -> PhaseMotion | None:
         """Return the motion of a sequence, from the initial guess of the task; None if none is found.
 

@@ -90,10 +90,17 @@ class Chain:
             motion: the formulated task.
             hard_goal: as in `planner.attempt`.
         """
-        found = self._first(motion, Transcription(motion.ocp, motion.fesd))
+        transcription, begin = Transcription(motion.ocp, motion.fesd), time.perf_counter()
+        try:
+            found = self._first(motion, transcription)
+        except OutOfTime:
+            with held_to(Deadline()):
+                found = BranchTranscription(transcription), begun(transcription.problem, time.perf_counter() - begin)
         if hard_goal and motion.task.goal.soft:
             motion = with_hard_goal(motion)
-        return self._refined(SolvedMotion.of(motion, *found))
+        with held_to(Deadline()):
+            solved = SolvedMotion.of(motion, *found)
+        return self._refined(solved)
 
     def on_phases(self, motion: MotionProblem, *, hard_goal: bool = False) -> SolvedMotion | None:
         """Return the motion of a task whose control grid moves with its contacts, searched and refined.
@@ -131,12 +138,14 @@ class Chain:
     def _guessed(self, solver: PhaseSolver, motion: MotionProblem) -> SolvedMotion | None:
         """Return where the first sequence begins, which is no motion, for a task whose time limit came before any."""
         with held_to(Deadline()):
-            sequence = next(iter(guessed_sequences(motion)), None)
-            if sequence is None:
-                return None
-            polisher = solver.on_grid(sequence).polisher
-            solution = replace(begun(polisher.transcription.problem, 0.0), reports=list(self.reports))
-            return SolvedMotion.of(motion, polisher, solution)
+            own = solver.first
+            if own is None:
+                sequence = next(iter(guessed_sequences(motion)), None)
+                if sequence is None:
+                    return None
+                own = solver.on_grid(sequence)
+            solution = replace(begun(own.transcription.problem, 0.0), reports=list(self.reports))
+            return SolvedMotion(motion, BranchMotion(own.polisher, solution.w, own.branch), solution)
 
     def _kept(self, motion: MotionProblem) -> SolvedMotion | None:
         """Return the motion of an earlier plan on the elements and with the multipliers that it ended with.
@@ -206,6 +215,7 @@ class Chain:
                 _note_known(search, "plan that was there", trajectory_of_plan(self.earlier, motion.ocp.system))
             search.guesses(guessed_sequences(motion))
         if search.best is None:
+            check_time()
             search.guesses(hops(motion), "hops")
         if search.best is None and not solver.over:
             self._from_uniform(search, motion)
@@ -283,14 +293,11 @@ class Chain:
             return stop is not None and stop(iteration, objective)
 
         run = replace(self.run, report=searching, stop=iterating)
+        if found := warm_start(motion, transcription, run):
+            return found
+        if needs_simulated_start(motion) and (found := simulated_start(motion, transcription, run)):
+            return found
         repair, polisher = Repair(transcription, run), BranchTranscription(transcription)
-        try:
-            if found := warm_start(motion, transcription, run):
-                return found
-            if needs_simulated_start(motion) and (found := simulated_start(motion, transcription, run)):
-                return found
-        except OutOfTime:
-            return polisher, begun(transcription.problem, 0.0)
         solution = solve(transcription.problem, run, polisher=polisher, otherwise=repair)
         return repair.repaired(polisher, solution)
 

@@ -200,7 +200,10 @@ def _chained(task: Task, chain: Chain, hard_goal: bool) -> Plan:
     on_activity(Activity.BUILDING)
     if task.solver.linear_solver in ("auto", "fesd"):
         begin_building()
-    motion = formulate(task)
+    try:
+        motion = formulate(task)
+    except OutOfTime:
+        raise task.error("solver.time_limit", TOO_SHORT) from None
     build_seconds = clock.spent
 
     def planned(solved: SolvedMotion, certificate: Certificate | None = None) -> Plan:
@@ -226,52 +229,55 @@ def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain
     A motion that is one is still driven again for a moment after the time limit; where that does not suffice it is not
     known to be solved.
     """
-    conflict = _conflict(solved, chain.run)
-    with held_to(chain.run.deadline.with_grace):
-        replay = _replay_of(solved, chain.run)
+    with held_to(Deadline()):
+        conflict, replay = _conflict(solved, chain.run), _replay_of(solved, chain.run)
         audit = solved.audit if replay else solved.audit_without_replay
-        warnings = _overlaps_of(solved)
-    motion, transcription, solution, w = solved.motion, solved.transcription, solved.solution, solved.on_branch.w
-    statistics = statistics_of(
-        transcription.problem,
-        solution,
-        effort,
-        transcription.cost_terms(w),
-        solved.stages,
-        solved.search,
-        solved.refinement,
-    )
-    names, controls = motion.actuation.names, transcription.controls(w)
-    plan = assembled_plan(
-        motion,
-        solved.physical,
-        solved.physics,
-        controls_of(controls[: len(names)], names, _interval_starts(solved)),
-        status=_status(solved, certificate, audit, conflict, replayed=replay is not None),
-        audit=audit,
-        outcome=solved.outcome,
-        statistics=statistics,
-    )
-    summary = replay_summary(replay, motion.robot.velocity_names) if replay else None
-    elements = finite_elements_of(solved.on_branch) if solution.exact else None
+        motion, transcription, w = solved.motion, solved.transcription, solved.on_branch.w
+        names, controls = motion.actuation.names, transcription.controls(w)
+        plan = assembled_plan(
+            motion,
+            solved.physical,
+            solved.physics,
+            controls_of(controls[: len(names)], names, _interval_starts(solved)),
+            status=_status(solved, certificate, audit, conflict, replayed=replay is not None),
+            audit=audit,
+            outcome=solved.outcome,
+            statistics=statistics_of(
+                transcription.problem,
+                solved.solution,
+                effort,
+                transcription.cost_terms(w),
+                solved.stages,
+                solved.search,
+                solved.refinement,
+            ),
+        )
+        summary = replay_summary(replay, motion.robot.velocity_names) if replay else None
+        elements = finite_elements_of(solved.on_branch) if solved.solution.exact else None
+        warnings = _overlaps_of(solved, chain.run)
     return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
 
 
 def _replay_of(solved: SolvedMotion, run: Run) -> MotionReplay | None:
     """Return the motion driven again, None where no time is left for that."""
-    if run.deadline.left <= 0 and not solved.solution.solved:
-        return None
     try:
-        return solved.replay
+        with held_to(_for_audit(solved, run)):
+            return solved.replay
     except OutOfTime:
         return None
 
 
-def _overlaps_of(solved: SolvedMotion) -> list[str]:
+def _for_audit(solved: SolvedMotion, run: Run) -> Deadline:
+    """Return the clock of what is found out about a motion: one that is none is not looked at after the time limit."""
+    return run.deadline.with_grace if solved.solution.solved else run.deadline
+
+
+def _overlaps_of(solved: SolvedMotion, run: Run) -> list[str]:
     """Return a sentence for what overlaps along a motion, or that no time was left to look."""
     motion = solved.motion
     try:
-        return overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
+        with held_to(_for_audit(solved, run)):
+            return overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
     except OutOfTime:
         return ["Whether bodies overlap is not known: the time limit came before that was looked at."]
 
@@ -282,7 +288,8 @@ def _conflict(solved: SolvedMotion, run: Run) -> str:
         return ""
     seconds = min(run.effort.conflict_seconds, 0.5 * run.deadline.left)
     try:
-        return conflict_of(solved.motion, solved.on_branch.polisher, solved.on_branch.w, seconds)
+        with held_to(run.deadline):
+            return conflict_of(solved.motion, solved.on_branch.polisher, solved.on_branch.w, seconds)
     except OutOfTime:
         return ""
 
@@ -306,7 +313,7 @@ def _status(
         solved.outcome,
         motion.task.solver.tolerance,
         certificate,
-        [] if known else solved.on_branch.polisher.out_of_elements(w),
+        [] if known or not replayed else solved.on_branch.polisher.out_of_elements(w),
         isinstance(motion.task.reference, Jumps),
         conflict,
     )
@@ -314,6 +321,8 @@ def _status(
         return status
     return status.model_copy(update={"solved": False, "audit_passed": False, "message": NOT_REPLAYED})
 
+
+TOO_SHORT = "the time limit came while the equations were built, expected a longer one"
 
 NOT_REPLAYED = (
     "Not solved: time limit before the motion was driven again by the laws of rigid bodies, as the physics audit asks "

@@ -11,7 +11,7 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Complementarity, HeldAt, Label
 from fesd_robot.dcs import ABOVE_LAW, IMPACT_LAW, ComplementaritySystem
-from fesd_robot.running import kept_with_first
+from fesd_robot.running import check_time, kept_with_first
 
 
 @dataclass(frozen=True)
@@ -230,6 +230,7 @@ def conditions_of(system: ComplementaritySystem) -> ElementConditions:
     quantities = _Quantities(system)
     members = []
     for condition in (*system.pairs, *system.vanishing):
+        check_time()
         G, direction = quantities.index(condition.G, either_sign=condition.vanishing)
         invariant = quantities.known[G].variables if condition.invariant else ()
         members.append(
