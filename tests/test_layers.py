@@ -13,7 +13,7 @@ import fesd_robot
 
 SOURCES = Path(fesd_robot.__file__).parent
 
-GROUND_FLOOR = ("errors", "lazy", "orientations", "instants", "exactness", "ranges")
+GROUND_FLOOR = ("errors", "lazy", "orientations", "instants", "exactness", "ranges", "printable")
 """Modules that all others may use."""
 
 BELOW: dict[str, set[str]] = {
@@ -23,6 +23,7 @@ BELOW: dict[str, set[str]] = {
     "instants": set(),
     "exactness": set(),
     "ranges": set(),
+    "printable": set(),
     "complementarity": set(),
     "running": set(),
     "native": {"running"},

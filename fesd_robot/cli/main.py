@@ -7,6 +7,7 @@ import os
 import sys
 
 from fesd_robot.cli.exits import ExitCode
+from fesd_robot.cli.streams import set_up_streams
 
 
 def main() -> None:
@@ -15,6 +16,7 @@ def main() -> None:
     After an interrupt the process is left at once: where the interrupt came while Python executed a string, as it does
     for every dataclass that it imports, it would end itself by the signal, although the exception was caught.
     """
+    set_up_streams()
     try:
         from fesd_robot.cli.app import app
 

@@ -280,7 +280,12 @@ class _Background:
 def _begun(command: Sequence[str]) -> subprocess.Popen[str]:
     """Return a compiler that runs in a group of its own, with the programs that it calls."""
     return subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        start_new_session=True,
     )
 
 
@@ -330,7 +335,7 @@ def find_compiler(language: str) -> list[str]:
 @cache
 def compiler_version(command: tuple[str, ...]) -> str:
     """Return the version that the compiler prints."""
-    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, errors="replace", check=False)
     return done.stdout.split("\n", 1)[0]
 
 
@@ -338,7 +343,7 @@ def compiler_version(command: tuple[str, ...]) -> str:
 def processor() -> str:
     """Identify this processor: code for one may not run on another that shares the cache."""
     try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
         flags = next((line for line in lines if line.startswith(("flags", "Features"))), "")
     except OSError:
         flags = platform.processor()
