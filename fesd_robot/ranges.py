@@ -11,8 +11,11 @@ MAX_STAGES = 9
 STEEPEST = 20.0
 """Largest |dh/dx| of a ground: a face of 87 degrees. Steeper ones are walls, whose normals are exact."""
 
-MAX_TASK_BYTES = 1_000_000
-"""Largest task file; one of 100 lines has four thousand."""
+MAX_VARIABLES = 300_000
+"""Most variables of the nonlinear program of a motion; the solver needs some kB for each."""
+
+MAX_TASK_BYTES = 300_000
+"""Largest task file; those of a hundred lines have four thousand, and a hundred thousand take a second to read."""
 
 MAX_TABLE_BYTES = 20_000_000
 """Largest table of a motion, of controls or of heights: some million numbers."""
