@@ -195,8 +195,9 @@ class PhaseSolver:
 
     @property
     def over(self) -> bool:
-        """Whether the user or the time limit ended the last NLP, or no time is left."""
-        return self.run.deadline.left <= 0 or bool(self.reports and self.reports[-1].status.ended_early)
+        """Whether the user ended the last NLP, or no time is left."""
+        interrupted = bool(self.reports) and self.reports[-1].status is NlpStatus.INTERRUPTED
+        return interrupted or self.run.deadline.left <= 0
 
     @property
     def first(self) -> Discretised | None:

@@ -48,6 +48,9 @@ EARLY_AFTER = 2.0
 """s of search after which another process refines the cheapest motion so far, for those who wait; a search that is over
 by then has all cores for itself."""
 
+SEARCH_SHARE = 0.6
+"""Of the time that is left after the first motion, for cheaper ones; refinement and audit need the rest."""
+
 SIMPLER = ((0.03, False), (0.0, True), (0.05, True))
 """How sequences of a homotopy that lead to no motion are simplified: without phases that are shorter than this part of
 the duration, and with contacts that stick wherever they touch."""
@@ -128,12 +131,22 @@ class Chain:
                 first = search.cost
                 if search.best and self.run.effort.search_starts:
                     self.on_activity(Activity.IMPROVING)
-                    self._improve(search, own)
+                    with self._shared(solver):
+                        self._improve(search, own)
             finally:
                 search.close()
         if search.best:
             return self._refined(self._best(search, own, min(first, search.cost)))
         return self._guessed(solver, own) if self.run.deadline.left <= 0 else None
+
+    @contextlib.contextmanager
+    def _shared(self, solver: PhaseSolver) -> Iterator[None]:
+        """Give a solver a part of the time that is left."""
+        whole, solver.run = solver.run, solver.run.share(SEARCH_SHARE)
+        try:
+            yield
+        finally:
+            solver.run = whole
 
     def _guessed(self, solver: PhaseSolver, motion: MotionProblem) -> SolvedMotion | None:
         """Return where the first sequence begins, which is no motion, for a task whose time limit came before any."""
