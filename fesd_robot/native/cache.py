@@ -10,6 +10,7 @@ import os
 import shutil
 import stat
 import tempfile
+import threading
 from functools import cache, partial
 from pathlib import Path
 
@@ -27,13 +28,18 @@ OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 """Permissions with which other users could put their code in the place of ours."""
 
 
+_ONE_AT_A_TIME = threading.RLock()
+"""Held by the thread that looks at the folder or a library, so that others find what it has found."""
+
+
 def cache_folder() -> Path:
     """Return the folder that compiled libraries are kept in, FESD_ROBOT_CACHE or the user's cache folder.
 
     A folder that cannot be written to, or that others may write to, is not used: one warning says so, and what is
     compiled is kept in a temporary folder as long as this process lives.
     """
-    return _usable(os.environ.get(CHOSEN_BY, ""))
+    with _ONE_AT_A_TIME:
+        return _usable(os.environ.get(CHOSEN_BY, ""))
 
 
 @cache
@@ -97,7 +103,8 @@ def is_whole(library: Path) -> bool:
         status = library.stat()
     except OSError:
         return False
-    return _is_whole(library, status.st_ino, status.st_mtime_ns, status.st_size)
+    with _ONE_AT_A_TIME:
+        return _is_whole(library, status.st_ino, status.st_mtime_ns, status.st_size)
 
 
 @cache
