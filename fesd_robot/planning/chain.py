@@ -136,7 +136,7 @@ class Chain:
             finally:
                 search.close()
         if search.best:
-            return self._refined(self._best(search, own, min(first, search.cost)))
+            return self._refined(self._best(search, own, first if np.isfinite(first) else search.cost))
         return self._guessed(solver, own) if self.run.deadline.left <= 0 else None
 
     @contextlib.contextmanager

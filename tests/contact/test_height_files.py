@@ -61,7 +61,7 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
     "one byte of the header": lambda good: good[:26] + b"\x09" + good[27:],
     "noise": lambda _: bytes(range(256)) * 4,
     "text": lambda _: b"x,z\n0,0\n",
-    "longer chunk": lambda good: good[:33] + b"\xff\xff\xff\xff" + good[37:],
+    "no kind of chunk": lambda good: good[:37] + bytes(4) + good[41:],
 }
 
 

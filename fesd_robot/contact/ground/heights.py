@@ -87,8 +87,8 @@ def read_image(path: Path, size: tuple[float, float], height: float, origin: tup
                 )
             if min(rows, columns) < 2 or rows * columns > MAX_POINTS:
                 raise GroundError(
-                    f"{path.name} has {columns} x {rows} pixels, expected at least 2 x 2 and at most {MAX_POINTS} "
-                    "points in all"
+                    f"{path.name} has {columns} x {rows} pixels, expected at least 2 x 2 and at most "
+                    f"{MAX_POINTS} in all"
                 )
             pixels = np.asarray(image, dtype=float)
     except FileNotFoundError as error:
