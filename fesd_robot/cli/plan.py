@@ -12,6 +12,7 @@ import typer
 from fesd_robot.cli.arguments import Overrides, Quiet, TaskFile
 from fesd_robot.cli.exits import ExitCode
 from fesd_robot.cli.interrupts import Interrupts
+from fesd_robot.cli.main import before_main
 from fesd_robot.cli.progress import Progress, progress_for, wrapped
 from fesd_robot.running import Activity, Deadline, held_to
 
@@ -67,7 +68,7 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool, better_than: Pat
             task, folder = load()
             check_output_folder(folder)
             progress.limit(task.solver.time_limit)
-            with held_to(Deadline(task.solver.time_limit, progress.spent)):
+            with held_to(Deadline.of_command(task.solver.time_limit, progress.spent + before_main())):
                 result = _solve(task, progress, interrupts, None if better_than else folder)
             kept = better_than is not None and not _is_better(result, better_than)
             written = folder if kept else _write(result, task, folder, progress, interrupts)

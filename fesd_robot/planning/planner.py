@@ -249,7 +249,7 @@ def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain
                 transcription.cost_terms(w),
                 solved.stages,
                 solved.search,
-                solved.refinement,
+                None if chain.run.deadline.left <= 0 and not solved.has_errors else solved.refinement,
             ),
         )
         summary = replay_summary(replay, motion.robot.velocity_names) if replay else None

@@ -158,6 +158,11 @@ class SolvedMotion:
         return local_errors(self.on_branch)
 
     @property
+    def has_errors(self) -> bool:
+        """Whether its local errors are known, so that nothing is worked out for them."""
+        return "local_errors" in self.__dict__
+
+    @property
     def refinement(self) -> Refinement | None:
         """How it was refined, None if it is not exact."""
         if not self.solution.exact:

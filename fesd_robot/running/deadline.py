@@ -14,6 +14,10 @@ GRACE_SECONDS, GRACE_SHARE = 1.0, 0.05
 """s, and part of a time limit: for so long after it what was found is still audited."""
 
 
+WRITING_SECONDS, WRITING_SHARE = 1.0, 0.05
+"""s at most, and part of a time limit: kept of it by a command for writing what was found."""
+
+
 class OutOfTime(FesdRobotError):
     """The time limit came in the middle of work that is worth nothing by halves; what was there before is kept."""
 
@@ -51,6 +55,17 @@ class Deadline:
     def within(self, seconds: float) -> Deadline:
         """Return a clock for some seconds, or for all of the time that is left if that is less."""
         return Deadline(min(seconds, self.left))
+
+    @classmethod
+    def of_command(cls, limit: float | None, spent: float) -> Deadline:
+        """Return the clock of a command that writes what it finds, too.
+
+        Args:
+            limit: seconds for all of it; None for no limit.
+            spent: seconds of them that have passed before.
+        """
+        kept = 0.0 if limit is None else min(WRITING_SECONDS, WRITING_SHARE * limit)
+        return cls(limit, spent + kept)
 
     @property
     def with_grace(self) -> Deadline:

@@ -22,6 +22,13 @@ def test_grace_is_a_second_or_a_twentieth(limit: float, spent: float, seconds: f
     assert Deadline(limit, spent=spent).with_grace.left == pytest.approx(seconds, abs=0.5)
 
 
+@pytest.mark.parametrize(("limit", "left"), [(10.0, 5.5), (100.0, 95.0), (1.0, -3.05)])
+def test_a_command_keeps_time_to_write(limit: float, left: float) -> None:
+    """A twentieth of its limit, at most a second; what passed before counts."""
+    assert Deadline.of_command(limit, spent=4.0).left == pytest.approx(left, abs=0.5)
+    assert Deadline.of_command(None, spent=4.0).remaining() is None
+
+
 def test_without_a_limit_nothing_ends() -> None:
     """Neither in a block that is held to none, nor outside of any."""
     check_time()
