@@ -42,6 +42,7 @@ __all__ = [
     "MotionFileError",
     "NotCompiledYet",
     "OptionError",
+    "OutOfTime",
     "Plan",
     "PlanFileError",
     "RobotError",
@@ -88,6 +89,7 @@ if TYPE_CHECKING:
     from fesd_robot.native import CompilationError, NotCompiledYet
     from fesd_robot.planning import plan
     from fesd_robot.plans import Plan, read_plan, report, write_plan
+    from fesd_robot.running import OutOfTime
     from fesd_robot.simulation import simulate
     from fesd_robot.task import Task, load_task
     from fesd_robot.tracking import Tracker, tracking_gains
@@ -117,6 +119,7 @@ else:
             "fesd_robot.native": ["CompilationError", "NotCompiledYet"],
             "fesd_robot.planning": ["plan"],
             "fesd_robot.plans": ["Plan", "read_plan", "report", "write_plan"],
+            "fesd_robot.running": ["OutOfTime"],
             "fesd_robot.simulation": ["simulate"],
             "fesd_robot.task": ["Task", "load_task"],
             "fesd_robot.tracking": ["Tracker", "tracking_gains"],
