@@ -33,6 +33,7 @@ from fesd_robot.plans import (
     settings_line,
     statistics_of,
     status_of,
+    use_warnings,
 )
 from fesd_robot.refinement import SolvedMotion, descended
 from fesd_robot.running import (
@@ -230,7 +231,10 @@ def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain
     )
     summary = replay_summary(solved.replay, motion.robot.velocity_names)
     elements = finite_elements_of(solved.on_branch) if solution.exact else None
-    warnings = overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
+    warnings = [
+        *overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical),
+        *use_warnings(solved.outcome.contacts),
+    ]
     return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
 
 

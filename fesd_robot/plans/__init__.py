@@ -62,6 +62,7 @@ __all__ = [
     "task_of",
     "task_to_improve",
     "task_to_refine",
+    "use_warnings",
     "write_plan",
 ]
 
@@ -113,6 +114,7 @@ if TYPE_CHECKING:
     from fesd_robot.plans.resample import resampled
     from fesd_robot.plans.statistics import SolveEffort, statistics_of
     from fesd_robot.plans.tables import settings_line
+    from fesd_robot.plans.use_words import use_warnings
     from fesd_robot.plans.verdict import status_of
 else:
     __getattr__, __dir__ = lazy_exports(
@@ -165,6 +167,7 @@ else:
             "fesd_robot.plans.resample": ["resampled"],
             "fesd_robot.plans.statistics": ["SolveEffort", "statistics_of"],
             "fesd_robot.plans.tables": ["settings_line"],
+            "fesd_robot.plans.use_words": ["use_warnings"],
             "fesd_robot.plans.verdict": ["status_of"],
         },
     )

@@ -11,6 +11,7 @@ from fesd_robot.plans.plan import Impulse, LocalSearch, Plan, Statistics, Status
 from fesd_robot.plans.sentences import sentences
 from fesd_robot.plans.stationarity_words import stationarity_sentence
 from fesd_robot.plans.tables import markdown_table, settings_line
+from fesd_robot.plans.use_words import use_section
 from fesd_robot.plans.verdict import given_limits, near_miss_words
 from fesd_robot.plans.weights import weights_of
 
@@ -27,6 +28,7 @@ def report(plan: Plan, picture: str | None = None) -> str:
     parts += [f"![The robot at a few moments]({picture})\n"] if picture else []
     parts += ["## Warnings\n\n" + "".join(f"- {warning}\n" for warning in plan.warnings)] if plan.warnings else []
     parts += [outcome_section(plan.outcome)] if plan.outcome else []
+    parts += [section] if (section := use_section(plan)) else []
     parts += [
         _contacts(plan),
         *([_joint_friction(plan)] if plan.joint_friction else []),
