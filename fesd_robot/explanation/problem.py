@@ -15,6 +15,7 @@ from fesd_robot.explanation.descriptions import (
     described_costs,
     described_limits,
     described_points,
+    described_reserve,
     described_standing,
     described_waypoints,
 )
@@ -62,6 +63,7 @@ def explanation(motion: MotionProblem, problem: Mpcc) -> str:
         "Controls": _controls(motion),
         "Ground": _ground(motion),
         "Contacts": _contacts(motion),
+        "Reserve": described_reserve(motion),
         "Standing": described_standing(motion),
         "Horizon": _horizon(motion),
         "Goal": _goal(motion),

@@ -179,7 +179,10 @@ class Audit(Record):
     max_energy_error: Annotated[
         float,
         AuditEntry(
-            "the largest mismatch of the energy balance over a control interval", "J", 1e-2, turnover_ratio=2e-3
+            "the largest mismatch of the energy balance over a control interval, in which contacts add no energy",
+            "J",
+            1e-2,
+            turnover_ratio=2e-3,
         ),
     ]
     max_slip_violation: Annotated[

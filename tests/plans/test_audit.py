@@ -121,6 +121,16 @@ def test_friction_turns_energy_over(physics: NumericPhysics) -> None:
     )
 
 
+def test_what_a_contact_adds_is_no_work(physics: NumericPhysics) -> None:
+    """Friction along the slide obeys the equations of motion, and its work F_t s in the worse interval is an error."""
+    motion = stance(-FRICTION, 0.6)
+    found = audit_of(motion, physics, interval_ends=np.array(ENDS["stance"]))
+    force, way = abs(motion.force[1, 0, 1]), motion.configuration[:, 0]
+    middle = int(np.flatnonzero(motion.interval == 0)[-1])
+    gained = force * max(way[middle] - way[0], way[-1] - way[middle])
+    assert found.max_dynamics_error < 1e-9 and found.max_energy_error == pytest.approx(gained, rel=1e-6)
+
+
 def test_a_loss_in_an_impact_is_turned_over(physics: NumericPhysics) -> None:
     """An impact alone turns over the energy that it takes, 0.5 m v^2 of the reduced mass, in its one interval."""
     assert turned_over(collision(4 * STOP, speed=4.0), physics) == pytest.approx(0.5 * STOP * 4.0**2)
@@ -269,7 +279,7 @@ FAULTS: dict[str, tuple[Callable[[], PhysicalMotion], dict[str, Any], set[str], 
     "friction along the motion": (
         lambda: stance(-FRICTION, 0.6),
         {},
-        {"max_stick_slip_violation"},
+        {"max_stick_slip_violation", "max_energy_error"},
         np.nan,
     ),
     "sliding with friction unused": (
