@@ -11,6 +11,7 @@ __all__ = [
     "EXPORTS",
     "FIGURES_FOLDER",
     "FILES",
+    "ORDER_MATTERS",
     "PAGE_FILE",
     "REPLAY",
     "Attempt",
@@ -49,6 +50,7 @@ __all__ = [
     "joint_friction_of",
     "joint_switches_of",
     "joint_trajectory",
+    "landing_orders",
     "obstacle_geometry",
     "overlaps_of_motion",
     "read_plan",
@@ -91,6 +93,7 @@ if TYPE_CHECKING:
     from fesd_robot.plans.gains import ReferenceSegment, TrackingGains
     from fesd_robot.plans.goal_outcome import goal_entries
     from fesd_robot.plans.joint_friction import joint_friction_of, joint_switches_of
+    from fesd_robot.plans.landing_order import ORDER_MATTERS, landing_orders
     from fesd_robot.plans.measured import Names
     from fesd_robot.plans.origin import task_of, task_to_improve, task_to_refine
     from fesd_robot.plans.outcome import Outcome
@@ -144,6 +147,7 @@ else:
             "fesd_robot.plans.gains": ["ReferenceSegment", "TrackingGains"],
             "fesd_robot.plans.goal_outcome": ["goal_entries"],
             "fesd_robot.plans.joint_friction": ["joint_friction_of", "joint_switches_of"],
+            "fesd_robot.plans.landing_order": ["ORDER_MATTERS", "landing_orders"],
             "fesd_robot.plans.measured": ["Names"],
             "fesd_robot.plans.origin": ["task_of", "task_to_improve", "task_to_refine"],
             "fesd_robot.plans.outcome": ["Outcome"],

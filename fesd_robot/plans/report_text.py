@@ -85,6 +85,7 @@ def _contacts(plan: Plan) -> str:
     if plan.impulses:
         rows = [[f"{i.time:.6f}", i.contact, f"{i.normal:.4f}", _tangential(i)] for i in plan.impulses]
         text += "\n" + markdown_table(["time [s]", "contact", "normal impulse [N s]", "tangential impulse [N s]"], rows)
+    text += "".join(f"\n{one.sentence}\n" for one in plan.landing_orders)
     highest = [
         [name, f"{float(np.max(contact.gap)):.4f}", f"{float(np.max(contact.normal_force)):.2f}"]
         for name, contact in plan.contacts.items()
