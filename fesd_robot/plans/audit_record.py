@@ -195,6 +195,15 @@ class Audit(Record):
         float | None,
         AuditEntry("the largest excess of what a contact slips in all over the distance that it may slip", "m", 1e-6),
     ] = None
+    max_reserve_violation: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest part of its cone of friction that a contact uses beyond what its reserve leaves it, where it "
+            "sticks or comes to rest",
+            "",
+            1e-2,
+        ),
+    ] = None
     max_constraint_violation: Annotated[
         float | None,
         AuditEntry("the largest violation of the task's constraints, at stages and between them", "m", 1e-6),

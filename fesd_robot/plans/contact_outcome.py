@@ -94,9 +94,10 @@ class _Samples:
                 )
 
     def sticking(self, contact: int) -> FrictionUse | None:
-        """Return the largest use of friction where a contact sticks."""
+        """Return the largest use of friction where a contact sticks, without the slow ends of slides."""
         motion, least = self._motion, NO_FORCE * float(self._motion.force[:, :, 0].max(initial=0.0))
-        sticks = motion.mode[:, contact] == ContactMode.STICK
+        slips = np.pad(motion.mode[:, contact] == ContactMode.SLIP, 1)
+        sticks = (motion.mode[:, contact] == ContactMode.STICK) & ~slips[:-2] & ~slips[2:]
         found = [(motion.force[k, contact], float(motion.time[k])) for k in np.flatnonzero(sticks)]
         return self._most(contact, found, least)
 

@@ -41,6 +41,7 @@ MET = dict.fromkeys(
     (
         "max_slip_violation",
         "max_slip_distance_violation",
+        "max_reserve_violation",
         "max_constraint_violation",
         "max_goal_violation",
         "max_waypoint_violation",

@@ -104,8 +104,9 @@ def violated_between_stages(motion: BranchMotion) -> list[Violated]:
             for one, factor in zip(conditions.members, branch.factors[e], strict=False)
             if one.spare is not None and factor is ActiveFactor.G
         }:
-            least = _violated((e, i), z[:, i - n_x], (0.0, np.inf), VIOLATION_OF_SPARES)
-            found += [one._replace(bound=replace(one.bound, of_mode=True)) for one in least]
+            missing = float(-z[:, i - n_x].min())
+            if missing > VIOLATION_OF_SPARES:
+                found.append(Violated(missing, BoundBetween(e, i, -1, 0.0, of_mode=True)))
         own = [one for one in products if one.variable not in zero]
         found += _products(own, e, x, z, transcription.parameters[:, elements[e].interval], n_x)
         for path in paths:
