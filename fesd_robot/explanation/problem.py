@@ -226,10 +226,8 @@ def _contacts(motion: MotionProblem) -> list[str]:
         what, where = _touching(motion.task, contact)
         physical = motion.contacts[i]
         inelastic = "" if physical.restitution else ", inelastic"
-        lines.append(
-            f"{name}: {what}, {_law(physical)}{inelastic}{_slipping(contact)}; "
-            f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
-        )
+        gaps = f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal"
+        lines.append(f"{name}: {what}, {_law(physical)}{inelastic}{_slipping(contact)}; {gaps}.")
     lines += described_space(motion)
     if not motion.contact_system.clock_stops:
         return [*lines, "Impacts are impulses between two finite elements."]
