@@ -22,6 +22,7 @@ from fesd_robot.mpcc import (
 from fesd_robot.nlp import AT, AT_REST, FREE, NEAR, Hopeless, Iterate, NlpSettings, Start
 from fesd_robot.ocp import AUTOMATIC_AUXILIARY_FORCE, MotionProblem
 from fesd_robot.phases.discretised import Discretised, discretised
+from fesd_robot.phases.idle import idle_slides
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.start import start_along
@@ -258,7 +259,8 @@ class PhaseSolver:
         end = self._end(own, w, lengths, lengths, KNOWN, iterations)
         if end is None or not end.exact:
             return None
-        return self._freed(own, end.w, NEIGHBOUR, iterations, np.inf) or PhaseMotion(own, end)
+        given = None if idle_slides(self.motion, own, end.w) else PhaseMotion(own, end)
+        return self._freed(own, end.w, NEIGHBOUR, iterations, np.inf) or given
 
     def from_motion(self, sequence: Sequence, along: KnownTrajectory, below: float = np.inf) -> PhaseMotion | None:
         """Return the motion of a sequence, from that of another; None if none is found.
@@ -319,23 +321,24 @@ class PhaseSolver:
                 w, settings = end.w, SETTLED if digits else GOING_ON
                 patience, at_once = patience - more, iterations
                 continue
-            found = near if end.exact else found
+            idle = idle_slides(self.motion, own, end.w) if violation <= NEARLY else []
+            found = near if end.exact and not idle else found
             durations = near.sequence.durations
             vanished = [i for i, duration in enumerate(durations) if duration <= VANISHED and len(durations) > 1]
             at_bound = (durations <= (1 + DURATION_AT_BOUND) * SHORTER * lengths) | (
                 durations >= (1 - DURATION_AT_BOUND) * LONGER * lengths
             )
-            fits = not (soft or vanished) and self._covered(near) and _well_shared(near)
+            fits = not (soft or vanished or idle) and self._covered(near) and _well_shared(near)
             moves = not fits or bool(at_bound.any())
             if end.exact and near.cost > below + (hope if moves else 0.0) * abs(below):
                 return None
             if end.exact and not moves:
                 return near
-            settings, at_once = AGAIN, ITERATIONS_AT_ONCE
+            settings, at_once = NEIGHBOUR if idle else AGAIN, ITERATIONS_AT_ONCE
             if fits:
                 lengths, w = durations, end.w
                 continue
-            less = near.sequence.without_impacts(soft).without(vanished)
+            less = near.sequence.sticking(idle) if idle else near.sequence.without_impacts(soft).without(vanished)
             if screening and near.cost > below and less.key_with(self.motion.ocp.knots) == screening.origin:
                 break
             own = self.on_grid(less)

@@ -12,6 +12,7 @@ import numpy as np
 from fesd_robot.mpcc import Certificate, NlpReport, NlpStatus, Run
 from fesd_robot.native import begin_building
 from fesd_robot.ocp import assembled_plan, conflict_of, formulate, homotopy_options
+from fesd_robot.ocp.judged import names_of
 from fesd_robot.planning.attempts import AttemptedPlan, NoSequence, best_plan
 from fesd_robot.planning.chain import Chain
 from fesd_robot.planning.fallbacks import (
@@ -23,16 +24,19 @@ from fesd_robot.planning.fallbacks import (
 )
 from fesd_robot.planning.suggestions import suggestions
 from fesd_robot.plans import (
+    ORDER_MATTERS,
     Audit,
     Plan,
     SolveEffort,
     Status,
     controls_of,
+    landing_orders,
     overlaps_of_motion,
     replay_summary,
     settings_line,
     statistics_of,
     status_of,
+    use_warnings,
 )
 from fesd_robot.refinement import SolvedMotion, descended
 from fesd_robot.replay import MotionReplay
@@ -53,6 +57,9 @@ from fesd_robot.task import Jumps, Task
 from fesd_robot.tracking import with_gains
 
 logger = logging.getLogger(__name__)
+
+ORDER_SECONDS, ORDER_SHARE = 1.0, 0.05
+"""How long the orders of landings may take to work out: seconds, and a part of what the plan has taken."""
 
 
 def plan(
@@ -220,7 +227,7 @@ def _chained(task: Task, chain: Chain, hard_goal: bool) -> Plan:
     else:
         solved = chain.on_uniform_grid(motion, hard_goal=hard_goal)
     solved, certificate = descended(solved, task, chain.noted, on_activity)
-    return planned(solved, certificate)
+    return _with_landing_orders(planned(solved, certificate), solved, chain.run.deadline)
 
 
 def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain, effort: SolveEffort) -> Plan:
@@ -254,8 +261,22 @@ def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain
         )
         summary = replay_summary(replay, motion.robot.velocity_names) if replay else None
         elements = finite_elements_of(solved.on_branch) if solved.solution.exact else None
-        warnings = _overlaps_of(solved, chain.run)
+        warnings = [*_overlaps_of(solved, chain.run), *use_warnings(solved.outcome.contacts)]
     return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
+
+
+def _with_landing_orders(plan: Plan, solved: SolvedMotion, deadline: Deadline) -> Plan:
+    """Return a solved plan with what another order would change of its landings, as far as there is time."""
+    if not plan.status.solved:
+        return plan
+    end = deadline.spent + ORDER_SECONDS + ORDER_SHARE * deadline.spent
+
+    def goes_on() -> bool:
+        return deadline.left > 0 and deadline.spent < end
+
+    orders = landing_orders(solved.physical, solved.physics, names_of(solved.motion), goes_on)
+    told = [one.sentence for one in orders if one.part > ORDER_MATTERS]
+    return plan.model_copy(update={"landing_orders": orders, "warnings": [*plan.warnings, *told]})
 
 
 def _replay_of(solved: SolvedMotion, run: Run) -> MotionReplay | None:

@@ -11,6 +11,7 @@ __all__ = [
     "EXPORTS",
     "FIGURES_FOLDER",
     "FILES",
+    "ORDER_MATTERS",
     "PAGE_FILE",
     "REPLAY",
     "Attempt",
@@ -49,6 +50,7 @@ __all__ = [
     "joint_friction_of",
     "joint_switches_of",
     "joint_trajectory",
+    "landing_orders",
     "obstacle_geometry",
     "overlaps_of_motion",
     "read_plan",
@@ -62,6 +64,7 @@ __all__ = [
     "task_of",
     "task_to_improve",
     "task_to_refine",
+    "use_warnings",
     "write_plan",
 ]
 
@@ -90,6 +93,7 @@ if TYPE_CHECKING:
     from fesd_robot.plans.gains import ReferenceSegment, TrackingGains
     from fesd_robot.plans.goal_outcome import goal_entries
     from fesd_robot.plans.joint_friction import joint_friction_of, joint_switches_of
+    from fesd_robot.plans.landing_order import ORDER_MATTERS, landing_orders
     from fesd_robot.plans.measured import Names
     from fesd_robot.plans.origin import task_of, task_to_improve, task_to_refine
     from fesd_robot.plans.outcome import Outcome
@@ -113,6 +117,7 @@ if TYPE_CHECKING:
     from fesd_robot.plans.resample import resampled
     from fesd_robot.plans.statistics import SolveEffort, statistics_of
     from fesd_robot.plans.tables import settings_line
+    from fesd_robot.plans.use_words import use_warnings
     from fesd_robot.plans.verdict import status_of
 else:
     __getattr__, __dir__ = lazy_exports(
@@ -142,6 +147,7 @@ else:
             "fesd_robot.plans.gains": ["ReferenceSegment", "TrackingGains"],
             "fesd_robot.plans.goal_outcome": ["goal_entries"],
             "fesd_robot.plans.joint_friction": ["joint_friction_of", "joint_switches_of"],
+            "fesd_robot.plans.landing_order": ["ORDER_MATTERS", "landing_orders"],
             "fesd_robot.plans.measured": ["Names"],
             "fesd_robot.plans.origin": ["task_of", "task_to_improve", "task_to_refine"],
             "fesd_robot.plans.outcome": ["Outcome"],
@@ -165,6 +171,7 @@ else:
             "fesd_robot.plans.resample": ["resampled"],
             "fesd_robot.plans.statistics": ["SolveEffort", "statistics_of"],
             "fesd_robot.plans.tables": ["settings_line"],
+            "fesd_robot.plans.use_words": ["use_warnings"],
             "fesd_robot.plans.verdict": ["status_of"],
         },
     )
