@@ -64,7 +64,20 @@ class JointError(RobotError):
 
 
 class PlanFileError(FesdRobotError):
-    """A plan that cannot be read or exported, or a folder that cannot be written to."""
+    """A plan that cannot be read or exported, or a folder that cannot be written to.
+
+    Args:
+        message: what was found and what would be valid, one sentence.
+        kept: the folder that a plan was written to instead, if there is one.
+    """
+
+    def __init__(self, message: str, *, kept: Path | None = None) -> None:
+        self.kept = kept
+        super().__init__(message)
+
+
+class FolderInUseError(PlanFileError):
+    """A folder that another run writes to."""
 
 
 class GroundError(FesdRobotError):

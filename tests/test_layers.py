@@ -13,11 +13,13 @@ import fesd_robot
 
 SOURCES = Path(fesd_robot.__file__).parent
 
-GROUND_FLOOR = ("errors", "lazy", "orientations", "instants", "exactness", "ranges", "printable")
+GROUND_FLOOR = ("errors", "lazy", "orientations", "instants", "exactness", "ranges", "printable", "locks", "writing")
 """Modules that all others may use."""
 
 BELOW: dict[str, set[str]] = {
     "errors": set(),
+    "locks": set(),
+    "writing": set(),
     "lazy": set(),
     "orientations": set(),
     "instants": set(),

@@ -55,7 +55,7 @@ def simulate(
     """
     from fesd_robot.cli.exits import ExitCode
     from fesd_robot.cli.summary import summary
-    from fesd_robot.plans import check_output_folder, task_of, write_plan
+    from fesd_robot.plans import check_output_folder, task_of, write_or_keep
     from fesd_robot.render import write_optional_files
     from fesd_robot.simulation import simulate_robot
 
@@ -63,7 +63,7 @@ def simulate(
     folder = Path("runs") / f"{given.name}_simulated" if out is None else out
     check_output_folder(folder)
     result = simulate_robot(given, controls, duration=duration)
-    written = write_plan(result, folder, lambda stage: write_optional_files(result, task_of(result), stage))
+    written = write_or_keep(result, folder, lambda stage: write_optional_files(result, task_of(result), stage))
     if not quiet:
         typer.echo("\n".join(summary(result, written, folder)))
     if not result.status.solved:

@@ -321,13 +321,16 @@ def _alone(lock: Path) -> Iterator[None]:
 def find_compiler(language: str) -> list[str]:
     """Return the compiler of a language, ``c`` or ``c++``, as a command: CC or CXX, else the usual names.
 
+    A program that is found in the current folder, where a stranger's task may lie, is not taken.
+
     Raises:
         CompilationError: there is none.
     """
     variable, names = {"c": ("CC", ("cc", "gcc", "clang")), "c++": ("CXX", ("c++", "g++", "clang++"))}[language]
     chosen = shlex.split(os.environ.get(variable, ""))
     for command in [chosen] if chosen else [[name] for name in names]:
-        if shutil.which(command[0]):
+        found = shutil.which(command[0])
+        if found and (os.path.isabs(found) or os.path.dirname(command[0])):
             return command
     raise CompilationError(f"no {language.upper()} compiler found (set {variable}, or install one)")
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from fesd_robot.lazy import lazy_exports
 
 __all__ = [
+    "ANIMATION_FILE",
     "COMPARISON_FILE",
     "EXPORTS",
     "FIGURES_FOLDER",
@@ -53,6 +54,7 @@ __all__ = [
     "landing_orders",
     "obstacle_geometry",
     "overlaps_of_motion",
+    "place",
     "read_plan",
     "replay_entries",
     "replay_summary",
@@ -65,6 +67,8 @@ __all__ = [
     "task_to_improve",
     "task_to_refine",
     "use_warnings",
+    "write_into",
+    "write_or_keep",
     "write_plan",
 ]
 
@@ -78,15 +82,7 @@ if TYPE_CHECKING:
     from fesd_robot.plans.contact_outcome import contact_outcomes
     from fesd_robot.plans.exports import EXPORTS, export
     from fesd_robot.plans.exports.joint_trajectory import joint_trajectory
-    from fesd_robot.plans.files import (
-        COMPARISON_FILE,
-        FIGURES_FOLDER,
-        FILES,
-        PAGE_FILE,
-        check_output_folder,
-        read_plan,
-        write_plan,
-    )
+    from fesd_robot.plans.files import read_plan, write_into, write_or_keep, write_plan
     from fesd_robot.plans.findings import REPLAY, findings_of_notes
     from fesd_robot.plans.finite_elements import BranchNlpRecord, FiniteElements, Multipliers
     from fesd_robot.plans.full_model import full_model_of
@@ -115,6 +111,15 @@ if TYPE_CHECKING:
     from fesd_robot.plans.replay_record import replay_entries, replay_summary
     from fesd_robot.plans.report_text import report
     from fesd_robot.plans.resample import resampled
+    from fesd_robot.plans.results_folder import (
+        ANIMATION_FILE,
+        COMPARISON_FILE,
+        FIGURES_FOLDER,
+        FILES,
+        PAGE_FILE,
+        check_output_folder,
+        place,
+    )
     from fesd_robot.plans.statistics import SolveEffort, statistics_of
     from fesd_robot.plans.tables import settings_line
     from fesd_robot.plans.use_words import use_warnings
@@ -132,15 +137,7 @@ else:
             "fesd_robot.plans.contact_outcome": ["contact_outcomes"],
             "fesd_robot.plans.exports": ["EXPORTS", "export"],
             "fesd_robot.plans.exports.joint_trajectory": ["joint_trajectory"],
-            "fesd_robot.plans.files": [
-                "COMPARISON_FILE",
-                "FIGURES_FOLDER",
-                "FILES",
-                "PAGE_FILE",
-                "check_output_folder",
-                "read_plan",
-                "write_plan",
-            ],
+            "fesd_robot.plans.files": ["read_plan", "write_into", "write_or_keep", "write_plan"],
             "fesd_robot.plans.findings": ["REPLAY", "findings_of_notes"],
             "fesd_robot.plans.finite_elements": ["BranchNlpRecord", "FiniteElements", "Multipliers"],
             "fesd_robot.plans.full_model": ["full_model_of"],
@@ -169,6 +166,15 @@ else:
             "fesd_robot.plans.replay_record": ["replay_entries", "replay_summary"],
             "fesd_robot.plans.report_text": ["report"],
             "fesd_robot.plans.resample": ["resampled"],
+            "fesd_robot.plans.results_folder": [
+                "ANIMATION_FILE",
+                "COMPARISON_FILE",
+                "FIGURES_FOLDER",
+                "FILES",
+                "PAGE_FILE",
+                "check_output_folder",
+                "place",
+            ],
             "fesd_robot.plans.statistics": ["SolveEffort", "statistics_of"],
             "fesd_robot.plans.tables": ["settings_line"],
             "fesd_robot.plans.use_words": ["use_warnings"],

@@ -294,7 +294,8 @@ class Provenance(Record):
 
     Attributes:
         versions: package name -> version.
-        git: state of the repository that the task lies in, or ``none``.
+        git: first 12 digits of the commit that is checked out where the task lies, or ``none``; in plans of earlier
+            versions what git describes it as.
         created: UTC time, ISO 8601.
         folder: absolute path of the folder where relative paths in the task start; None in plans that do not say it.
     """

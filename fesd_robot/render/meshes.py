@@ -21,7 +21,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from fesd_robot.native import cache_folder
-from fesd_robot.render.files import write_atomically
+from fesd_robot.writing import write_atomically
 
 logger = logging.getLogger(__name__)
 
