@@ -107,7 +107,7 @@ def refuse_others(folder: Path, finish: Callable[[Path], None] | None = None) ->
 
 
 def _refuse_others(folder: Path, finish: Callable[[Path], None]) -> None:
-    if folder == Path.cwd() or folder in Path.cwd().parents:
+    if _is_around_us(folder):
         raise PlanFileError(f"{folder}: is the current folder or one above it; choose another --out")
     if folder.exists() and not folder.is_dir():
         raise PlanFileError(f"{folder}: cannot hold results, it is a file; choose another --out")
@@ -133,6 +133,15 @@ def _refuse_others(folder: Path, finish: Callable[[Path], None]) -> None:
     figures = folder / FIGURES_FOLDER
     if figures.is_symlink() or (figures.exists() and not figures.is_dir()):
         raise PlanFileError(f"{figures}: is a link or a file where results have a folder; choose another --out")
+
+
+def _is_around_us(folder: Path) -> bool:
+    """Return whether a folder is the current one, if there is one, or above it."""
+    try:
+        here = Path.cwd()
+    except FileNotFoundError:
+        return False
+    return folder == here or folder in here.parents
 
 
 def is_plan_of_ours(file: Path) -> bool:
