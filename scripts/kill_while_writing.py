@@ -20,6 +20,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections import Counter
 from contextlib import suppress
 from pathlib import Path
@@ -66,11 +67,14 @@ goal: {{configuration: {{root_x: 0.1}}, soft: true}}
 EARLIER, LATER = 0.2, 0.1
 """Durations of the motions, s, by which plans are told apart."""
 
+MOMENT = 0.2
+"""Time in which processes that drew end with the one that was killed, s."""
+
 FOREIGN = {"notes.txt": b"mine", "figures/photo.png": b"a photograph", "videos/a.mp4": b"a film"}
-OF_LATER = ("slide.yaml", "--out", "out", "-q", "--set", f"horizon.duration={LATER}")
+OF_LATER = ("slide.yaml", "--out", "out", "-q", "--set", f"horizon.duration={LATER}", "--set", "output.figures=false")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "simulate": ("simulate", *OF_LATER),
-    "plan": ("plan", *OF_LATER, "--set", "output.page=false", "--set", "output.figures=false"),
+    "plan": ("plan", *OF_LATER, "--set", "output.page=false"),
     "render": ("render", "out"),
     "export": ("export", "out", "--format", "json"),
     "export over an earlier file": ("export", "out", "--format", "csv"),
@@ -131,6 +135,7 @@ def killed(name: str, template: Path, folder: Path) -> list[str]:
         sys.exit(f"{name} ends with status {status}")
     for number in range(1, count + 1):
         status, _ = run(number)
+        time.sleep(MOMENT)
         found = what_is_left(work / "out")
         if status == 0:
             found.append("ended")

@@ -147,7 +147,7 @@ def kept_elsewhere(plan: Plan, why: str) -> PlanFileError:
     Returns:
         an error that says both.
     """
-    name = re.sub(r"[^A-Za-z0-9_-]", "_", plan.name)[:40]
+    name, why = re.sub(r"[^A-Za-z0-9_-]", "_", plan.name)[:40], why.removesuffix("; choose another --out")
     places = (Path.cwd, lambda: Path(tempfile.gettempdir()), Path.home)
     for place_of in places:
         try:
