@@ -15,7 +15,7 @@ from fesd_robot.recovery import ModelMotion
 from fesd_robot.render import inline_html, write_drawings, write_page
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
-from fesd_robot.writing import stage_in, write_atomically
+from fesd_robot.writing import staging_folder, write_atomically
 
 logger = logging.getLogger(__name__)
 
@@ -124,7 +124,7 @@ def render_plan(
             raise TaskError(f"found --set {override}, expected a key of 'output', such as output.figure_formats=[svg]")
     try:
         task = task_of(plan, task_folder, overrides)
-        with stage_in(folder.resolve()) as stage:
+        with staging_folder(folder.resolve()) as stage:
             page = write_page(plan, task, stage / PAGE_FILE)
             files = [page, *write_drawings(plan, task, stage / FIGURES_FOLDER)]
             place(stage, folder.resolve())

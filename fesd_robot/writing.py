@@ -28,12 +28,15 @@ def write_atomically(path: Path, content: bytes) -> Path:
     The content is on the disk before the name is. What killed processes left unfinished in the folder is removed.
 
     Args:
-        path: the file to create or replace; its folder is created if it is missing.
+        path: the file to create or replace; its folder is created if it is missing. A pipe or device is written to.
         content: all bytes of the file.
 
     Returns:
         `path`.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        path.write_bytes(content)
+        return path
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_unfinished(path.parent)
     handle, part = _new_file(path.parent)
@@ -54,7 +57,7 @@ def write_atomically(path: Path, content: bytes) -> Path:
 
 
 @contextmanager
-def stage_in(folder: Path) -> Iterator[Path]:
+def staging_folder(folder: Path) -> Iterator[Path]:
     """Yield a new folder within `folder`, on the same disk, for files that take their places later.
 
     It is removed at the end, and so is `folder` if it was made for it and stays empty.

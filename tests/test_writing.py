@@ -15,7 +15,7 @@ import pytest
 from fesd_robot import locks, writing
 from fesd_robot.errors import FolderInUseError
 from fesd_robot.locks import locked
-from fesd_robot.writing import COMPLETE, UNFINISHED, remove_unfinished, stage_in, write_atomically
+from fesd_robot.writing import COMPLETE, UNFINISHED, remove_unfinished, staging_folder, write_atomically
 
 FORK = multiprocessing.get_context("fork")
 
@@ -59,6 +59,17 @@ def test_a_new_file_has_the_permissions_of_new_files(tmp_path: Path) -> None:
     assert (tmp_path / "a").stat().st_mode == (tmp_path / "b").stat().st_mode
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no FIFOs")
+def test_a_pipe_is_written_to_and_stays(tmp_path: Path) -> None:
+    """A file in its place would keep what its reader waits for; so would one in the place of /dev/null."""
+    os.mkfifo(tmp_path / "pipe")
+    reader = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
+    write_atomically(tmp_path / "pipe", b"content")
+    assert os.read(reader, 10) == b"content" and (tmp_path / "pipe").is_fifo()
+    os.close(reader)
+    assert write_atomically(Path(os.devnull), b"content").is_char_device()
+
+
 def test_the_longest_names_can_be_written(tmp_path: Path) -> None:
     """A temporary name is no longer because its file's is long."""
     assert write_atomically(tmp_path / ("x" * 255), b"new").read_bytes() == b"new"
@@ -71,7 +82,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path, monke
     monkeypatch.undo()
 
     def staging() -> None:
-        with stage_in(tmp_path):
+        with staging_folder(tmp_path):
             die()
 
     killed(staging)
@@ -84,7 +95,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path, monke
 
 def test_what_a_running_process_writes_stays(tmp_path: Path) -> None:
     """Neither its folder nor its file is a leftover."""
-    with stage_in(tmp_path) as stage:
+    with staging_folder(tmp_path) as stage:
         handle, part = writing._new_file(tmp_path)
         remove_unfinished(tmp_path)
         assert stage.is_dir() and part.exists()
@@ -151,7 +162,7 @@ def test_without_locks_nothing_is_taken_for_a_leftover(tmp_path: Path, monkeypat
 
     monkeypatch.setattr(locks, "_handle", lambda folder: None)
     monkeypatch.setattr(locks, "FileLock", NoLock)
-    with stage_in(tmp_path) as stage:
+    with staging_folder(tmp_path) as stage:
         remove_unfinished(tmp_path)
         assert stage.is_dir()
     assert names(tmp_path) == set()

@@ -26,7 +26,7 @@ from fesd_robot.plans.results_folder import (
     refuse_others,
 )
 from fesd_robot.task import TwoNamesError
-from fesd_robot.writing import stage_in, write_atomically
+from fesd_robot.writing import staging_folder, write_atomically
 
 logger = logging.getLogger(__name__)
 
@@ -125,7 +125,7 @@ def write_into(plan: Plan, folder: Path | str, extras: Callable[[Path], None] | 
     """
     refuse_others(Path(folder))
     folder = Path(folder).resolve()
-    with stage_in(folder) as stage:
+    with staging_folder(folder) as stage:
         write_atomically(stage / PLAN_FILE, (plan.model_dump_json(indent=1) + "\n").encode())
         for name, each in EXPORTS.items():
             if each.with_plan:

@@ -1,9 +1,9 @@
 """A folder of results: which files in it are a run's, and how they take their places, whatever ends the run.
 
-Files are made in a folder within the folder of results, the stage (`.fesd-robot-….part`). Once all are there a list
-of them is written into it, files of the earlier run that have no successor are removed, the new ones are moved one by
-one, and `plan.json` is the last. A stage with its list was left by a run that was killed meanwhile: the next command
-that reads or writes there finishes it. One without is removed.
+Files are made in a folder within the folder of results, the staging folder (`.fesd-robot-….part`). Once all are there a
+list of them is written into it, files of the earlier run that have no successor are removed, the new ones are moved one
+by one, and `plan.json` is the last. A staging folder with its list was left by a run that was killed meanwhile: the
+next command that reads or writes there finishes it. One without is removed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from fesd_robot.errors import FolderInUseError, PlanFileError
 from fesd_robot.locks import LOCK_FILE, locked
 from fesd_robot.plans.exports import EXPORTS
 from fesd_robot.task import FigureFormat
-from fesd_robot.writing import COMPLETE, UNFINISHED, remove_unfinished, stage_in, sync_folder, write_atomically
+from fesd_robot.writing import COMPLETE, UNFINISHED, remove_unfinished, staging_folder, sync_folder, write_atomically
 
 logger = logging.getLogger(__name__)
 
@@ -84,7 +84,7 @@ def check_output_folder(folder: Path) -> None:
     """
     refuse_others(folder)
     try:
-        with stage_in(Path(folder).resolve()) as stage:
+        with staging_folder(Path(folder).resolve()) as stage:
             write_atomically(stage / FIGURES_FOLDER / f"{FIGURES[0]}.png", _TRIAL)
     except OSError as error:
         raise PlanFileError(f"{folder}: cannot hold results ({error.strerror}); choose another --out") from error
@@ -160,10 +160,10 @@ def is_plan_of_ours(file: Path) -> bool:
 
 
 def place(stage: Path, folder: Path) -> None:
-    """Move the files of a stage to their places in the folder around it; with a plan it is another run's folder then.
+    """Move the files of a staging folder to their places around it; with a plan it is another run's folder then.
 
     Args:
-        stage: of `writing.stage_in`, with all files.
+        stage: of `writing.staging_folder`, with all files.
         folder: of results, or of drawings.
 
     Raises:
@@ -214,20 +214,20 @@ def _finish(folder: Path) -> None:
 
 
 def _interrupted(folder: Path) -> list[Path]:
-    """Return the stages of a folder whose files are on the way to their places."""
+    """Return the staging folders in a folder whose files are on the way to their places."""
     stages = [folder / name for name in os.listdir(folder) if UNFINISHED.fullmatch(name)]
     return [stage for stage in stages if (stage / COMPLETE).is_file() and not stage.is_symlink()]
 
 
 def _files_in(stage: Path) -> list[Path]:
-    """Return the files of a stage, the plan last."""
+    """Return the files of a staging folder, the plan last."""
     files = [path for path in sorted(stage.rglob("*")) if path.is_file()]
     own = [path for path in files if path.name not in (COMPLETE, LOCK_FILE)]
     return sorted(own, key=lambda path: path == stage / PLAN_FILE)
 
 
 def _move(stage: Path, folder: Path) -> None:
-    """Move all files of a stage, again if that was interrupted; files of an earlier run without a successor go first.
+    """Move all files of a staging folder, also a second time; files of an earlier run without a successor go first.
 
     Raises:
         OSError: one cannot be moved; of those beside the plan none of another run is left.
