@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import fesd_robot.render.figures.matplotlib_settings  # noqa: F401  before Matplotlib is
+import fesd_robot.render.matplotlib_settings  # noqa: F401  before Matplotlib is
 
 # isort: split
 import io
