@@ -136,8 +136,8 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
     motion = sample_motion(model, visual_model, time, configuration)
     other = _ghost(content)
     ghost = other and sample_motion(other.model, other.visual_model, other.time, other.configuration)
-    around = [*([ghost.box] if ghost else []), *([corners(content.marks)] if content.marks else [])]
-    box = view_box(motion, [*paths.values(), *around], ground)
+    around = [corners(content.marks)] if content.marks else []
+    box = view_box([motion, *([ghost] if ghost else [])], [*paths.values(), *around], ground)
     floor = floor_below(box)
     if not visual_model.ngeoms:
         logger.warning("%s: %r has no visual geometry, the page shows no robot", path, model.name)
