@@ -223,10 +223,11 @@ def _on_model(plan: Plan, rate: float | None = None, states: bool = False) -> tu
         with_full_model,
         with_gaps,
     )
-    from fesd_robot.plans import resampled
+    from fesd_robot.plans import check_task_and_robot, resampled
 
     samples = None if rate is None else resampled(plan, rate)
     motion = formulate(task_of(plan), driven=False)
+    check_task_and_robot(plan, motion.task, motion.robot)
     physics = numeric_physics(motion)
     if samples is not None:
         plan = with_gaps(samples, motion, physics)

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from pydantic_core import from_json
 
 from fesd_robot.errors import PlanFileError
+from fesd_robot.plans.consistency import inconsistencies
 from fesd_robot.plans.exports import EXPORTS, export
 from fesd_robot.plans.plan import SCHEMA_VERSION, Plan
 from fesd_robot.plans.renamed_keys import rename_plan_keys
@@ -44,7 +45,7 @@ def read_plan(path: Path | str) -> Plan:
     Keys under an old name get their new one, with one warning for all (`fesd_robot.plans.renamed_keys`).
 
     Raises:
-        PlanFileError: no such file, or not a plan of this schema version.
+        PlanFileError: no such file, not a plan of this schema version, or one whose parts do not fit each other.
     """
     path = Path(path)
     file = path / PLAN_FILE if path.is_dir() else path
@@ -65,6 +66,8 @@ def read_plan(path: Path | str) -> Plan:
         raise PlanFileError(f"{file}: task: {error}") from error
     except ValueError as error:
         raise PlanFileError(f"{file}: {_NO_JSON} ({error})") from error
+    for sentence in inconsistencies(plan):
+        raise PlanFileError(f"{file}: {sentence}")
     if renamings:
         names = ", ".join(f"'{old}' is now called '{new}'" for old, new in renamings)
         logger.warning("%s: keys have new names: %s", file, names)
