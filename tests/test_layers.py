@@ -13,11 +13,12 @@ import fesd_robot
 
 SOURCES = Path(fesd_robot.__file__).parent
 
-GROUND_FLOOR = ("errors", "lazy", "orientations", "instants", "exactness", "ranges")
+GROUND_FLOOR = ("errors", "arguments", "lazy", "orientations", "instants", "exactness", "ranges")
 """Modules that all others may use."""
 
 BELOW: dict[str, set[str]] = {
     "errors": set(),
+    "arguments": set(),
     "lazy": set(),
     "orientations": set(),
     "instants": set(),

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.dcs.checks import as_expression, check_content, check_shape, check_switching, check_unique
 from fesd_robot.dcs.model import Model
 from fesd_robot.errors import DimensionError, ModelError
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Subsystem:
     """Regions R_i that tile the state space, and the vector field f_i that holds on each.

@@ -7,6 +7,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import DimensionError, ModelError, OptionError, nearest
 from fesd_robot.fesd.tableau import Tableau, make_tableau
 
@@ -17,6 +18,7 @@ StepEquilibration = Literal[
 Form = Literal["integral", "differential", "lifted"]
 
 
+@checked
 @dataclass(frozen=True)
 class FesdOptions:
     """How an interval is discretised.

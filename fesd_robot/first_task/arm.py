@@ -48,7 +48,9 @@ def reach(name: str, robot: Robot, section: RobotSection, feet: Sequence[str]) -
     # The longest way through the joints; of several bodies at its end the farthest.
     arm = max((leg_to(robot, tip, ()) for tip in tips), key=lambda leg: (len(leg.joints), round(leg.length, 4)))
     if not arm.joints or arm.length < SAME_FRAME:
-        raise RobotError(f"{robot.source}: found no joint that moves the body {arm.frame} far; name another one by --foot")
+        raise RobotError(
+            f"{robot.source}: found no joint that moves the body {arm.frame} far; name another one by --foot"
+        )
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, q)
     ahead = float(data.oMi[arm.joints[0]].translation[0]) + _AHEAD * arm.length

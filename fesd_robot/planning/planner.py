@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.mpcc import Certificate, NlpReport, Run
 from fesd_robot.native import begin_building
 from fesd_robot.ocp import assembled_plan, conflict_of, formulate, homotopy_options
@@ -51,6 +52,7 @@ from fesd_robot.tracking import with_gains
 logger = logging.getLogger(__name__)
 
 
+@checked
 def plan(
     task: Task,
     *,

@@ -160,7 +160,8 @@ def _times(plan: Plan) -> Iterator[str]:
         ("controls.time", starts, 0.0, "starts of intervals in the order of time"),
     ):
         for entry in np.flatnonzero(np.diff(values) < least)[:1]:
-            yield f"{key}: found {values[entry + 1]:g} s behind {values[entry]:g} s at entry {entry + 1}, expected {what}"
+            found = f"found {values[entry + 1]:g} s behind {values[entry]:g} s"
+            yield f"{key}: {found} at entry {entry + 1}, expected {what}"
     for key, moments in (
         ("switches", [one.time for one in plan.switches]),
         ("impulses", [one.time for one in plan.impulses]),
@@ -198,7 +199,8 @@ def _finite_elements(elements: FiniteElements, intervals: int) -> Iterator[str]:
         yield f"finite_elements.controls: {found} for each of {count} elements"
     for number, interval in enumerate(elements.interval):
         if not 0 <= interval < intervals:
-            yield f"finite_elements.interval: found {interval:g} at entry {number}, expected one of {intervals} intervals"
+            found = f"found {interval:g} at entry {number}"
+            yield f"finite_elements.interval: {found}, expected one of {intervals} intervals"
     for number, letters in enumerate(elements.active):
         if len(letters) != len(elements.conditions) or set(letters.upper()) - set("GHC"):
             found = f"found '{letters[:40]}' at entry {number}, expected a letter G, H or C"

@@ -12,6 +12,7 @@ from pathlib import Path
 from pydantic import ValidationError
 from pydantic_core import from_json
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import PlanFileError
 from fesd_robot.plans.consistency import inconsistencies
 from fesd_robot.plans.exports import EXPORTS, export
@@ -39,6 +40,7 @@ FILES = (
 _NO_JSON = "not a plan: expected the JSON that fesd-robot plan writes"
 
 
+@checked
 def read_plan(path: Path | str) -> Plan:
     """Return the plan in a ``plan.json``, or in a folder that holds one.
 
@@ -111,6 +113,7 @@ def check_output_folder(folder: Path) -> None:
         )
 
 
+@checked
 def write_plan(plan: Plan, folder: Path | str, extras: Callable[[Path], None] | None = None) -> Path:
     """Write a plan's files into `folder` and return it.
 

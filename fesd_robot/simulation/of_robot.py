@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import MotionFileError
 from fesd_robot.ocp import MotionProblem, assembled_plan, formulate, motion_audit, motion_outcome, numeric_physics
 from fesd_robot.plans import (
@@ -37,6 +38,7 @@ _NOT_UNIQUE = {
 Controls = Plan | Path | str | Mapping[str, float | Sequence[float] | np.ndarray]
 
 
+@checked
 def simulate_robot(what: Task | Plan, controls: Controls | None = None, *, duration: float | None = None) -> Plan:
     """Return the motion of a task's robot under given controls, through contact, every event located to round-off.
 

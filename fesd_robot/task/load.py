@@ -7,12 +7,14 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from fesd_robot.arguments import checked
 from fesd_robot.examples import find_task
 from fesd_robot.task.document import read_document
 from fesd_robot.task.messages import validation_error
 from fesd_robot.task.schema import Task
 
 
+@checked
 def load_task(path: str | Path, overrides: Sequence[str] = ()) -> Task:
     """Load and check a task file.
 

@@ -161,8 +161,14 @@ def test_a_number_of_elements_is_at_least_one(elements: Any) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"options": make_tableau("radau_iia", 2)}, "options is a Tableau, must be FesdOptions, such as"),
-        ({"settings": FesdOptions()}, "settings is a FesdOptions, must be SimulationSettings, such as"),
+        (
+            {"options": make_tableau("radau_iia", 2)},
+            "options: found a value of type Tableau, expected a FesdOptions",
+        ),
+        (
+            {"settings": FesdOptions()},
+            "settings: found a value of type FesdOptions, expected a SimulationSettings",
+        ),
     ],
 )
 def test_arguments_of_another_type_are_named(changes: dict[str, Any], message: str) -> None:
