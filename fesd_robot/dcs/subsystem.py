@@ -121,10 +121,7 @@ def labels(subsystems: Sequence[Subsystem], names: Sequence[Sequence[str]]) -> l
 
 
 def _signs(given: object, shape: tuple[int, int], where: str) -> np.ndarray:
-    try:
-        values = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise ModelError(f"sign_matrix {where} is {given}, must be an array of -1, 0 and 1") from None
+    values = np.asarray(given, dtype=float)
     if values.shape != shape:
         raise DimensionError(
             f"sign_matrix {where} has shape {values.shape}, expected {shape}, one row a region and one column a "

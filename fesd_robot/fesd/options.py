@@ -56,10 +56,6 @@ class FesdOptions:
     step_freedom: float | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.tableau, Tableau):
-            raise OptionError(
-                f"tableau is {_shown(self.tableau)}, must be a Tableau, such as make_tableau('radau_iia', 2)"
-            )
         for key, valid in (
             ("form", (None, *get_args(Form))),
             ("cross_complementarity", get_args(CrossComplementarity)),
