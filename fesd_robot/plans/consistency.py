@@ -102,8 +102,7 @@ def _names(plan: Plan) -> Iterator[str]:
     trajectory, units, model = plan.trajectory, plan.units, plan.full_model
     velocity, contacts = [*trajectory.velocity], [*plan.contacts]
     controls = [name for name in plan.controls if name != "time"]
-    asked = plan.task.get("contacts")
-    places = [*asked] if isinstance(asked, dict) else contacts
+    places = [*plan.task["contacts"]]
     known = [name for name in contacts if name in places or name.rpartition("_")[0] in places]
     feet = {} if model is None else model.feet
     yield from _equal("units.configuration", units.configuration, [*trajectory.configuration], "trajectory")

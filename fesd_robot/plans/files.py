@@ -13,9 +13,10 @@ from pydantic import ValidationError
 from pydantic_core import from_json
 
 from fesd_robot.arguments import checked
-from fesd_robot.errors import PlanFileError
+from fesd_robot.errors import PlanFileError, TaskError
 from fesd_robot.plans.consistency import inconsistencies
 from fesd_robot.plans.exports import EXPORTS, export
+from fesd_robot.plans.origin import check_task
 from fesd_robot.plans.plan import SCHEMA_VERSION, Plan
 from fesd_robot.plans.renamed_keys import rename_plan_keys
 from fesd_robot.plans.report_text import report
@@ -68,6 +69,10 @@ def read_plan(path: Path | str) -> Plan:
         raise PlanFileError(f"{file}: task: {error}") from error
     except ValueError as error:
         raise PlanFileError(f"{file}: {_NO_JSON} ({error})") from error
+    try:
+        check_task(plan)
+    except TaskError as error:
+        raise PlanFileError(f"{file}: task: {error}") from error
     for sentence in inconsistencies(plan):
         raise PlanFileError(f"{file}: {sentence}")
     if renamings:
