@@ -24,8 +24,8 @@ SMALL = ("published_hopper_one_jump", "block_slope", "hopper_wedge", "wheel_hill
 """Tasks that are mutated: two with one contact, a joint with friction, profiles, a height map, space, and a body."""
 
 ODD_TEXTS = (
-    "", " ", "nonsense", "0,6", "1 m", "<<", "*x", "&x", "null", "true", "~", "é", "\u202e", "a.b", "..", "-", "0x10", "1e400",
-    "x" * 300, "'", '"', "{", "[", "#", "%", "\\", "a\tb", "a\nb", "nan", "/etc/passwd", "../../..",
+    "", " ", "nonsense", "0,6", "1 m", "<<", "*x", "&x", "null", "true", "~", "é", "\u202e", "a.b", "..", "-", "0x10",
+    "1e400", "x" * 300, "'", '"', "{", "[", "#", "%", "\\", "a\tb", "a\nb", "nan", "/etc/passwd", "../../..",
 )  # fmt: skip
 ODD_NUMBERS = (0, -1, 1, 2, 0.5, -0.5, 1e-300, 1e300, -1e9, 1e9, 10**20, 1e-9, float("nan"), float("inf"), 7, 100)
 
@@ -56,20 +56,8 @@ def mutated_inputs(seed: int, count: int) -> Iterator[MutatedInput]:
 
 def odd_value(rng: random.Random) -> Any:
     """Return a value that is right in few places."""
-    others: tuple[Any, ...] = (
-        None,
-        True,
-        False,
-        [],
-        {},
-        [None],
-        {"a": 1},
-        [[1, 2], [3]],
-        [1, "a"],
-        {"": None},
-        ["a", "a"],
-    )
-    return rng.choice((*ODD_TEXTS, *ODD_NUMBERS, *ODD_NUMBERS, *others))
+    lists = ([], [None], [[1, 2], [3]], [1, "a"], ["a", "a"])
+    return rng.choice((*ODD_TEXTS, *ODD_NUMBERS, *ODD_NUMBERS, *lists, None, True, False, {}, {"a": 1}, {"": None}))
 
 
 def places(tree: Any) -> list[tuple[Any, Any]]:
@@ -95,7 +83,7 @@ def mutate_tree(tree: Any, rng: random.Random) -> None:
             owner[f"{key}x" if rng.random() < 0.5 else rng.choice(ODD_TEXTS)] = owner.pop(key)
         elif change == 2:
             other, place = rng.choice(every)
-            owner[key] = copy.deepcopy(other.get(place) if isinstance(other, dict) else (other + [None])[place])
+            owner[key] = copy.deepcopy(other.get(place) if isinstance(other, dict) else [*other, None][place])
         elif change == 3 and isinstance(owner[key], int | float) and not isinstance(owner[key], bool):
             owner[key] = owner[key] * rng.choice((-1, 0, 10, 1000, 1e-3, 1e6))
         elif change == 4 and isinstance(owner[key], list):

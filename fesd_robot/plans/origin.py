@@ -55,7 +55,7 @@ def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = (
 
 
 def check_task(plan: Plan) -> None:
-    """Raise unless the task of a plan is one in its form: values that today contradict each other, or have gone, may be.
+    """Raise unless the task of a plan is one in its form; values may contradict each other, and keys may have gone.
 
     Raises:
         TaskError: a key that is missing, or whose value is none of its kind.
