@@ -48,7 +48,7 @@ def checked(public: Checked, *, exact: bool = False) -> Checked:
     """
     if isinstance(public, type):
         names = sys.modules[public.__module__].__dict__
-        initialise = _called_checked(public.__init__, public.__name__, names, exact)
+        initialise = _called_checked(vars(public)["__init__"], public.__name__, names, exact)
         type.__setattr__(public, "__init__", initialise)
         return public
     return typing.cast(Checked, _called_checked(public, public.__name__, inspect.unwrap(public).__globals__, exact))

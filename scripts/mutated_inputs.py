@@ -56,7 +56,7 @@ def mutated_inputs(seed: int, count: int) -> Iterator[MutatedInput]:
 
 def odd_value(rng: random.Random) -> Any:
     """Return a value that is right in few places."""
-    lists = ([], [None], [[1, 2], [3]], [1, "a"], ["a", "a"])
+    lists: tuple[list[Any], ...] = ([], [None], [[1, 2], [3]], [1, "a"], ["a", "a"])
     return rng.choice((*ODD_TEXTS, *ODD_NUMBERS, *ODD_NUMBERS, *lists, None, True, False, {}, {"a": 1}, {"": None}))
 
 
@@ -176,7 +176,7 @@ def override(rng: random.Random) -> MutatedInput:
     """Return a task as it is with an odd value of one of its keys on the command line."""
     data, text, files = _task(rng.choice(SMALL))
     schema = task_json_schema()
-    path, place = [], schema
+    path, place = list[str](), schema
     while "properties" in (place := _resolved(place, schema, rng)) and (not path or rng.random() < 0.8):
         path.append(rng.choice([*place["properties"]]))
         place = place["properties"][path[-1]]
