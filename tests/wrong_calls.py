@@ -115,6 +115,7 @@ def public(folder: Path) -> Iterator[Public]:
     x, q, v = ca.SX.sym("x"), ca.SX.sym("q"), ca.SX.sym("v")
     model = dcs.Model(x)
     regions = dcs.Subsystem(ca.SX([[1, -1]]), x, np.array([[-1], [1]]))
+    free = dcs.stewart(model, regions)
     mechanism = dcs.Mechanism(q, v, ca.SX(1), ca.SX(-9.81))
     contact = dcs.UnilateralContact("floor", q, ca.SX(1))
     alpha = ca.SX.sym("alpha")
@@ -130,7 +131,16 @@ def public(folder: Path) -> Iterator[Public]:
         (fesd_robot, "write_plan", {"plan": planned, "folder": folder / "plan", "extras": None}),
         (fesd_robot, "read_plan", {"path": PLANNED}),
         (fesd_robot, "export_plan", {"plan": planned, "file": folder / "plan.csv", "kind": "csv"}),
-        (fesd_robot, "render_plan", {"plan": planned, "folder": folder / "d", "overrides": ["output.figures=false"]}),
+        (
+            fesd_robot,
+            "render_plan",
+            {
+                "plan": planned,
+                "folder": folder / "d",
+                "overrides": ["output.figures=false"],
+                "task_folder": ROOT / "tasks",
+            },
+        ),
         (fesd_robot, "report", {"plan": planned, "picture": None}),
         (fesd_robot, "simulate", {"what": task}),
         (dcs, "stewart", {"model": model, "subsystems": regions}),
@@ -143,7 +153,7 @@ def public(folder: Path) -> Iterator[Public]:
         (dcs, "Subsystem", {"fields": ca.SX([[1, -1]]), "switching": x, "sign_matrix": np.array([[-1], [1]])}),
         (dcs, "Mechanism", {"configuration": q, "velocity": v, "mass_matrix": ca.SX(1), "force": ca.SX(0)}),
         (dcs, "UnilateralContact", {"name": "floor", "gap": q, "normal": ca.SX(1)}),
-        (fesd, "simulate", {"system": system, "initial": np.ones(1), "controls": (0.0, 0.1)}),
+        (fesd, "simulate", {"system": free, "initial": np.ones(1), "controls": (0.0, 0.1)}),
         (fesd, "initial_value_problem", {"system": system, "initial": [1.0], "duration": 0.5, "control": [0.0]}),
         (fesd, "make_tableau", {"scheme": "radau_iia", "stages": 2}),
         (fesd, "end_sensitivity", {"transcription": transcription(), "w": w}),
@@ -152,7 +162,7 @@ def public(folder: Path) -> Iterator[Public]:
         (fesd, "OptimalControlProblem", {"system": system, "duration": 0.5}),
         (fesd, "Span", {"begin": 0.0, "end": 1.0}),
         (fesd, "ControlGrid", {"lengths": (0.5, 0.5), "phases": (2,), "moving": False}),
-        (fesd, "TrajectoryConstraint", {"name": "c", "kind": "path", "variables": ca.SX.sym("y", 2), "rows": ca.SX(0)}),
+        (fesd, "TrajectoryConstraint", {"name": "c", "kind": "path", "variables": ca.SX.sym("y", 2)}),
         (fesd, "Transcription", {"ocp": own, "options": fesd.FesdOptions(elements=1)}),
         (mpcc, "solve", {"problem": mathematical, "run": quick}),
         (mpcc, "assemble", {"problem": mathematical, "relaxation": relaxation_named("scholtes")}),

@@ -161,7 +161,7 @@ class OptimalControlProblem:
             raise ModelError(f"relaxed_costs: there is no running cost '{unknown[0]}'")
         for kind, terms in (("running_cost", self.running_cost), ("terminal_cost", self.terminal_cost)):
             for name, term in terms.items():
-                _check(f"{kind}['{name}']", term.shape, (1, 1))
+                _check(f"{kind}['{name}']", as_expression(f"{kind}['{name}']", term).shape, (1, 1))
 
     @cached_property
     def equations(self) -> OcpEquations:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fesd_robot.errors import PlanFileError, nearest
 from fesd_robot.instants import SAME_EVENT
+from fesd_robot.plans.audit_record import ENTRIES, Audit
 from fesd_robot.plans.finite_elements import BranchNlpRecord, FiniteElements
 from fesd_robot.plans.plan import Plan
 from fesd_robot.robot import Robot
@@ -31,6 +32,7 @@ def inconsistencies(plan: Plan) -> Iterator[str]:
         yield "trajectory.time: found no number, expected one for every sample"
         return
     yield from _names(plan)
+    yield from _audit(plan.audit)
     yield from _lengths(along_samples(plan), plan.trajectory.time, "trajectory.time")
     yield from _lengths(_controls(plan), plan.controls["time"], "controls.time")
     if plan.finite_elements is not None:
@@ -126,6 +128,17 @@ def _names(plan: Plan) -> Iterator[str]:
         for name in names:
             if name not in own:
                 yield f"{key}: found '{name}', expected a name of {of}{nearest(name, places if own is known else own)}"
+
+
+def _audit(audit: Audit) -> Iterator[str]:
+    """Yield entries of an audit that were checked without a limit, and violations of what was not checked."""
+    checked = [name for name in ENTRIES if getattr(audit, name) is not None]
+    for name in checked:
+        if not audit.tolerances.get(name, 0.0) > 0:
+            yield f"audit.tolerances: found no limit above zero of '{name}', which was checked"
+    for name in audit.violations:
+        if name not in checked:
+            yield f"audit.violations: found '{name}', expected an entry that was checked{nearest(name, checked)}"
 
 
 def _equal(key: str, names: Iterable[str], own: Sequence[str], of: str) -> Iterator[str]:

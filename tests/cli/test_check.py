@@ -224,7 +224,7 @@ goal: {configuration: {x: 0.1}, soft: true}
 
 
 @pytest.mark.parametrize(
-    "ground", ["{type: plane}", "{type: plane, slope: 0.1}", "{type: plane, walls: {w: {x: 2, side: left}}}"]
+    "ground", ["{type: plane}", "{type: plane, height: -0.5}", "{type: plane, walls: {w: {x: 2, side: left}}}"]
 )
 def test_the_page_of_a_robot_without_shapes(run: Callable[..., Any], ground: str) -> None:
     """It has the ground, the contact and the frames, and a warning says that there is no robot to see."""

@@ -90,7 +90,7 @@ def test_a_model_beside_the_task_keeps_a_relative_path(tmp_path: Path) -> None:
 ONE_JOINT = """<robot name="one"><link name="world"/><link name="tip"/>
 <link name="body"><inertial><origin xyz="0 0 -0.3"/><mass value="1"/>
 <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
-<joint name="moves" type="{kind}"><parent link="world"/><child link="body"/><axis xyz="{axis}"/>
+<joint name="moves" type="{kind}"><parent link="world"/><child link="body"/><axis xyz="{axis}"/><origin xyz="0 0 0.4"/>
 <limit lower="-1" upper="1" velocity="20" effort="100"/></joint>
 <joint name="end" type="fixed"><parent link="body"/><child link="tip"/><origin xyz="0 0 -0.6"/></joint></robot>"""
 
@@ -100,7 +100,7 @@ ONE_JOINT = """<robot name="one"><link name="world"/><link name="tip"/>
     [
         ("prismatic", "0 0 1", None),
         ("revolute", "0 1 0", None),
-        ("prismatic", "1 0 0", "found no first task for this robot"),
+        ("prismatic", "1 0 0", "found no posture in which tip touches the ground"),
         ("prismatic", "0 1 0", "cannot be held in the x-z plane"),
         ("revolute", "0 0 1", "cannot be held in the x-z plane"),
     ],
