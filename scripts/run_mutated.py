@@ -28,7 +28,7 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from arguments import ROOT
-from mutated_inputs import KINDS, MutatedInput, mutated_inputs
+from mutated_inputs import KINDS, MutatedInput, mutated_inputs, planned_here
 
 from fesd_robot.plans.tables import markdown_table
 
@@ -153,6 +153,7 @@ def warm_up() -> None:
     from fesd_robot import explain, load_task
 
     explain(load_task("published_hopper_one_jump"))
+    planned_here()
 
 
 def all_ended(seed: int, count: int) -> Iterator[Ended]:

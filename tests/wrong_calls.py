@@ -65,6 +65,20 @@ HASTY = (
 """Settings with which a plan is soon given up."""
 
 
+EXACT = (
+    "published_hopper_one_jump",
+    (
+        "horizon.duration=0.2",
+        "horizon.intervals=2",
+        "goal.configuration.root_x=0.12",
+        "reference={type: line}",
+        "costs.slipping={}",
+        "solver.tolerance=1e-6",
+    ),
+)
+"""A task that is solved in a second."""
+
+
 class Public(NamedTuple):
     """A public function, or a value that users make, with arguments that fit."""
 
@@ -111,7 +125,7 @@ def _symbols(n: int) -> dict[str, Any]:
 def public(folder: Path) -> Iterator[Public]:
     """Yield everything that users call, with arguments that fit; what is written goes to a folder."""
     task = load_task("published_hopper_one_jump", HASTY)
-    planned, system, own = read_plan(PLANNED), relay(), problem()
+    planned, exact, system, own = read_plan(PLANNED), fesd_robot.plan(load_task(*EXACT)), relay(), problem()
     x, q, v = ca.SX.sym("x"), ca.SX.sym("q"), ca.SX.sym("v")
     model = dcs.Model(x)
     regions = dcs.Subsystem(ca.SX([[1, -1]]), x, np.array([[-1], [1]]))
@@ -143,6 +157,8 @@ def public(folder: Path) -> Iterator[Public]:
         ),
         (fesd_robot, "report", {"plan": planned, "picture": None}),
         (fesd_robot, "simulate", {"what": task}),
+        (fesd_robot, "tracking_gains", {"plan": exact}),
+        (fesd_robot, "Tracker", {"plan": exact}),
         (dcs, "stewart", {"model": model, "subsystems": regions}),
         (dcs, "heaviside", {"model": model, "steps": dcs.StepFunctions(alpha, x), "right_hand_side": 1 - 2 * alpha}),
         (dcs, "heaviside_from_regions", {"model": model, "subsystems": regions}),
@@ -181,7 +197,7 @@ def public(folder: Path) -> Iterator[Public]:
     ]
     for room, name, fitting in table:
         yield Public(f"{room.__name__}.{name}", getattr(room, name), fitting)
-    yield Public("fesd_robot.Plan.at", planned.at, {"time": 0.1})
+    yield Public("fesd_robot.Plan.at", exact.at, {"time": 0.1})
     yield Public("fesd_robot.simulation.simulate_robot", simulate_robot, {"what": task, "duration": 0.01})
 
 

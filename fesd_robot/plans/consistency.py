@@ -10,9 +10,12 @@ from fesd_robot.errors import PlanFileError, nearest
 from fesd_robot.instants import SAME_EVENT
 from fesd_robot.plans.audit_record import ENTRIES, Audit
 from fesd_robot.plans.finite_elements import BranchNlpRecord, FiniteElements
+from fesd_robot.plans.gains import TrackingGains
 from fesd_robot.plans.plan import Plan
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
+
+_OF_SEGMENTS = ("time", "configuration", "velocity", "control", "gain")
 
 Series = tuple[str, Sized]
 """Key of an entry, and its values."""
@@ -37,6 +40,8 @@ def inconsistencies(plan: Plan) -> Iterator[str]:
     yield from _lengths(_controls(plan), plan.controls["time"], "controls.time")
     if plan.finite_elements is not None:
         yield from _finite_elements(plan.finite_elements, len(plan.controls["time"]))
+    if plan.gains is not None:
+        yield from _gains(plan.gains, plan)
     if plan.status.solved:
         yield from _numbers(plan)
         yield from _times(plan)
@@ -232,3 +237,39 @@ def _branch_nlp(nlp: BranchNlpRecord, elements: int) -> Iterator[str]:
         if len(one.indices) != len(one.values) or not all(0 <= index < one.size for index in one.indices):
             found = f"found {len(one.indices)} indices of {one.size} multipliers and {len(one.values)} values"
             yield f"finite_elements.nlp.{key}: {found}, expected a value for every index below the size"
+
+
+def _gains(gains: TrackingGains, plan: Plan) -> Iterator[str]:
+    """Yield what does not fit in the gains along a plan: names, and the shapes of every segment."""
+    controls = [name for name in plan.controls if name != "time"]
+    for key, names, own, of in (
+        ("configuration_names", gains.configuration_names, plan.trajectory.configuration, "trajectory.configuration"),
+        ("velocity_names", gains.velocity_names, plan.trajectory.velocity, "trajectory.velocity"),
+        ("control_names", gains.control_names, controls, "controls"),
+    ):
+        yield from _equal(f"gains.{key}", names, [*own], of)
+    n_q, n_v, n_u = len(gains.configuration_names), len(gains.velocity_names), len(gains.control_names)
+    for key, values, count in (
+        ("velocity_units", gains.velocity_units, n_v),
+        ("control_units", gains.control_units, n_u),
+        ("lower", gains.lower, n_u),
+        ("upper", gains.upper, n_u),
+    ):
+        if len(values) != count:
+            yield f"gains.{key}: found {len(values)} entries, expected {count}, one for each of its names"
+    if not gains.segments:
+        yield "gains.segments: found none, expected at least one"
+    for number, one in enumerate(gains.segments):
+        n, key = len(one.time), f"gains.segments.{number}"
+        if not n:
+            yield f"{key}.time: found no number, expected one for every instant"
+        for name, shape in (
+            ("configuration", (n, n_q)),
+            ("velocity", (n, n_v)),
+            ("control", (n, n_u)),
+            ("gain", (n, n_u, 2 * n_v)),
+        ):
+            if (found := getattr(one, name)).shape != shape:
+                yield f"{key}.{name}: found numbers of shape {found.shape}, expected {shape}"
+        if not all(np.isfinite(getattr(one, name)).all() for name in _OF_SEGMENTS):
+            yield f"{key}: found a number that is not finite, expected finite ones"

@@ -21,7 +21,7 @@ def _to_array(value: Any) -> np.ndarray:
 def _to_arrays(value: Any) -> np.ndarray:
     try:
         return np.asarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError("expected lists of numbers of one length") from error
 
 
