@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import FesdRobotError, PlanFileError, TaskError
 from fesd_robot.plans import COMPARISON_FILE, FIGURES_FOLDER, PAGE_FILE, Plan, export, place, task_of
 from fesd_robot.plans.exports import export_format, format_of_suffix
@@ -20,6 +21,7 @@ from fesd_robot.writing import staging_folder, write_atomically
 logger = logging.getLogger(__name__)
 
 
+@checked
 def explain(task: Task) -> str:
     """Describe a task in words, with likely mistakes; nothing is solved.
 
@@ -45,6 +47,7 @@ def explain(task: Task) -> str:
     return explanation(motion, transcription.problem)
 
 
+@checked
 def draw_task(task: Task, page: Path | str) -> Path:
     """Draw a task before it is planned: a web page with start, goal, ground, contacts, frames, shapes and obstacles.
 
@@ -67,6 +70,7 @@ def draw_task(task: Task, page: Path | str) -> Path:
     return _drawn(partial(write_task_page, motion), page, "task.html")
 
 
+@checked
 def draw_robot(robot: Robot, page: Path | str) -> Path:
     """Draw what is in a model: a web page with its frames, bodies, joints and collision shapes, every joint at zero.
 
@@ -97,6 +101,7 @@ def _drawn(write: Callable[[Path], Path], page: Path | str, name: str) -> Path:
         raise PlanFileError(f"{path}: cannot be written ({error.strerror})") from error
 
 
+@checked
 def render_plan(
     plan: Plan, folder: Path | str, *, task_folder: Path | None = None, overrides: Sequence[str] = ()
 ) -> list[Path]:
@@ -133,6 +138,7 @@ def render_plan(
         raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
 
 
+@checked
 def plan_html(plan: Plan) -> str:
     """Return a plan as HTML for a notebook: verdict, five sentences, and the page that plays the motion, in a frame.
 
@@ -149,6 +155,7 @@ def plan_html(plan: Plan) -> str:
     return inline_html(plan, page)
 
 
+@checked
 def render_comparison(
     plan: Plan, other: Plan, folder: Path | str, *, task_folder: Path | None = None, other_folder: Path | None = None
 ) -> Path:
@@ -175,6 +182,7 @@ def render_comparison(
         raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
 
 
+@checked
 def exported(
     plan: Plan,
     kind: str,
@@ -227,10 +235,11 @@ def _on_model(plan: Plan, rate: float | None = None, states: bool = False) -> tu
         with_full_model,
         with_gaps,
     )
-    from fesd_robot.plans import resampled
+    from fesd_robot.plans import check_task_and_robot, resampled
 
     samples = None if rate is None else resampled(plan, rate)
     motion = formulate(task_of(plan), driven=False)
+    check_task_and_robot(plan, motion.task, motion.robot)
     physics = numeric_physics(motion)
     if samples is not None:
         plan = with_gaps(samples, motion, physics)
@@ -239,6 +248,7 @@ def _on_model(plan: Plan, rate: float | None = None, states: bool = False) -> tu
     return plan, model_motion_of(plan, motion, physics) if states else None
 
 
+@checked
 def export_plan(
     plan: Plan,
     file: Path | str,

@@ -12,7 +12,11 @@ _NUMBER = re.compile(r"^\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([a-zA-Z°%
 
 
 class FesdRobotError(Exception):
-    """Base of all exceptions that this package raises on purpose."""
+    """Base of all exceptions that this package raises on purpose; the text is one line of characters that show."""
+
+    def __str__(self) -> str:
+        """Return the message, with ends of lines, control characters and what turns the text round escaped."""
+        return printable(super().__str__())
 
 
 class TaskError(FesdRobotError):
@@ -98,6 +102,11 @@ class OptionError(FesdRobotError, ValueError):
 
 class SolverError(FesdRobotError):
     """The numerical solver could not be run at all (a solve that merely fails is a status, not an exception)."""
+
+
+def printable(text: str) -> str:
+    """Return a text with everything escaped that does not show, as ``\\n`` and ``\\x1b``."""
+    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

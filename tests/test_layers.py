@@ -13,11 +13,14 @@ import fesd_robot
 
 SOURCES = Path(fesd_robot.__file__).parent
 
-GROUND_FLOOR = ("errors", "lazy", "orientations", "instants", "exactness", "ranges", "printable", "locks", "writing")
+GROUND_FLOOR = (
+    "errors", "arguments", "lazy", "orientations", "instants", "exactness", "ranges", "printable", "locks", "writing",
+)  # fmt: skip
 """Modules that all others may use."""
 
 BELOW: dict[str, set[str]] = {
     "errors": set(),
+    "arguments": set(),
     "locks": set(),
     "writing": set(),
     "lazy": set(),

@@ -70,12 +70,14 @@ def export(
 ) -> None:
     """Write the trajectory of a plan for another program."""
     from fesd_robot.actions import export_plan, exported
+    from fesd_robot.cli.plan_task import task_in
     from fesd_robot.plans import read_plan
     from fesd_robot.plans.exports import export_format
 
     chosen, loaded = export_format(kind, joints or None), read_plan(plan)
-    if str(out) == "-":
-        sys.stdout.buffer.write(exported(loaded, kind, joints=joints or None, rate=rate))
-        return
-    path = (plan if plan.is_dir() else plan.parent) / chosen.file if out is None else out
-    typer.echo(f"written to {export_plan(loaded, path, kind, joints=joints or None, rate=rate)}")
+    with task_in(plan):
+        if str(out) == "-":
+            sys.stdout.buffer.write(exported(loaded, kind, joints=joints or None, rate=rate))
+            return
+        path = (plan if plan.is_dir() else plan.parent) / chosen.file if out is None else out
+        typer.echo(f"written to {export_plan(loaded, path, kind, joints=joints or None, rate=rate)}")

@@ -50,7 +50,7 @@ def render(
     Needs the files that the task names: the robot's model, and the file of a height map.
     """
     from fesd_robot.actions import render_comparison, render_plan
-    from fesd_robot.errors import PlanFileError, TaskError
+    from fesd_robot.errors import FesdRobotError, PlanFileError, TaskError
     from fesd_robot.plans import FIGURES_FOLDER, read_plan
 
     target = (plan if plan.is_dir() else plan.parent) if out is None else out
@@ -61,7 +61,11 @@ def render(
             typer.echo(f"written to {target}: {page.name}, {second.name} is the ghost")
             return
         page, *figures = render_plan(read_plan(plan), target, task_folder=folder, overrides=overrides or [])
-    except TaskError as error:
+    except PlanFileError:
+        raise
+    except FesdRobotError as error:
+        if not isinstance(error, TaskError):
+            raise PlanFileError(f"{plan if other is None else f'{plan}, {other}'}: cannot be drawn: {error}") from error
         if "--set" in str(error) or "output" in (error.key or ""):
             raise
         hint = "" if folder else "; if the task's files have moved, say where by --folder"

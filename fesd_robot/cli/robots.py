@@ -139,9 +139,13 @@ def _propose_sagittal(source: str, *, as_json: bool) -> None:
     """Print the section `robot` of a task, as YAML or JSON."""
     from ruamel.yaml import YAML
 
+    from fesd_robot.errors import JointError, RobotError
     from fesd_robot.robot import load_robot, propose_sagittal
 
-    proposal = propose_sagittal(load_robot(source, root="sagittal").model)
+    try:
+        proposal = propose_sagittal(load_robot(source, root="sagittal").model)
+    except JointError as error:
+        raise RobotError(f"{source}: cannot be held in the x-z plane: {error}") from error
     section = {"model": source, "root": "sagittal", "locked": proposal.locked, "coupled": proposal.coupled}
     if as_json:
         typer.echo(json.dumps({"robot": section}, indent=2))

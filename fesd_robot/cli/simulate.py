@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -54,15 +55,17 @@ def simulate(
     ways.
     """
     from fesd_robot.cli.exits import ExitCode
+    from fesd_robot.cli.plan_task import task_in
     from fesd_robot.cli.summary import summary
-    from fesd_robot.plans import check_output_folder, task_of, write_or_keep
+    from fesd_robot.plans import Plan, check_output_folder, task_of, write_or_keep
     from fesd_robot.render import write_optional_files
     from fesd_robot.simulation import simulate_robot
 
     given = _loaded(what, overrides or [])
     folder = Path("runs") / f"{given.name}_simulated" if out is None else out
     check_output_folder(folder)
-    result = simulate_robot(given, controls, duration=duration)
+    with task_in(what) if isinstance(given, Plan) else nullcontext():
+        result = simulate_robot(given, controls, duration=duration)
     written = write_or_keep(result, folder, lambda stage: write_optional_files(result, task_of(result), stage))
     if not quiet:
         typer.echo("\n".join(summary(result, written, folder)))
@@ -72,6 +75,7 @@ def simulate(
 
 def _loaded(what: Path, overrides: list[str]) -> Task | Plan:
     """Return the plan, or the task, that a path is."""
+    from fesd_robot.cli.plan_task import task_in
     from fesd_robot.ocp import is_plan
     from fesd_robot.plans import read_plan, task_of
     from fesd_robot.task import load_task
@@ -79,4 +83,5 @@ def _loaded(what: Path, overrides: list[str]) -> Task | Plan:
     if not is_plan(what):
         return load_task(what, overrides)
     plan = read_plan(what)
-    return plan.model_copy(update={"task": task_of(plan, overrides=overrides).model_dump(mode="json")})
+    with task_in(what):
+        return plan.model_copy(update={"task": task_of(plan, overrides=overrides).model_dump(mode="json")})

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.dcs.checks import as_expression, as_symbols, check_content, check_shape, check_unique
 from fesd_robot.dcs.model import GuessFunction, Model
@@ -20,6 +21,7 @@ UNDECIDED_SWITCHING = 1e-10
 """A switching function this close to zero leaves its step undecided in a guess."""
 
 
+@checked
 def heaviside(
     model: Model,
     steps: StepFunctions,

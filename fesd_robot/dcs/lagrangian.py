@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Literal
 
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.complementarity import Complementarity, HeldAt, Label
 from fesd_robot.dcs.checks import check_content, check_shape, check_unique
 from fesd_robot.dcs.jump import Impulse, Jump
 from fesd_robot.dcs.system import ComplementaritySystem
-from fesd_robot.errors import ModelError
+from fesd_robot.errors import DimensionError, ModelError
 
 FORCE_AT_A_DISTANCE = "force at a distance"
 """Kind of the pair gap _|_ normal force."""
@@ -30,6 +32,7 @@ SLIPPING = "slipping"
 FORWARDS, BACKWARDS = "forwards", "backwards"
 
 
+@partial(checked, exact=True)
 @dataclass(frozen=True, eq=False)
 class UnilateralContact:
     """A gap that does not become negative, and what its contact does.
@@ -66,6 +69,7 @@ class UnilateralContact:
             raise ModelError(f"contact '{self.name}': restitution is {self.restitution:g}, must be from 0 to 1")
 
 
+@partial(checked, exact=True)
 @dataclass(frozen=True, eq=False)
 class Mechanism:
     """M(q) dv/dt = force(q, v, u), dq/dt = configuration_derivative(q, v), without its contacts.
@@ -115,6 +119,7 @@ class Mechanism:
         check_shape("configuration_derivative", self.rate, (n_q, 1))
 
 
+@partial(checked, exact=True)
 def with_contacts(
     mechanism: Mechanism,
     contacts: Sequence[UnilateralContact],
@@ -249,13 +254,20 @@ def with_contacts(
     )
 
 
+@checked
 def state_of(mechanism: Mechanism, contacts: Sequence[UnilateralContact], q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return the state x = (q, v, f_c(q)) of a mechanism with contacts.
 
     Args:
         mechanism, contacts: as in `with_contacts`.
         q, v: configuration (n_q) and velocity (n_v).
+
+    Raises:
+        DimensionError: q or v of another shape.
     """
+    for name, values, symbols in (("q", q, mechanism.configuration), ("v", v, mechanism.velocity)):
+        if np.shape(values) != (symbols.numel(),):
+            raise DimensionError(f"{name} has shape {np.shape(values)}, expected ({symbols.numel()},)")
     gaps = ca.Function("gaps", [mechanism.configuration], [ca.vertcat(ca.SX(0, 1), *[one.gap for one in contacts])])
     return np.concatenate([q, v, np.asarray(gaps(q)).ravel()])
 

@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.dcs.checks import as_expression, as_symbols, check_content, check_distinct, check_shape
 from fesd_robot.errors import DimensionError, ModelError
 
@@ -20,6 +21,7 @@ OMITTED: Any = None
 """A field that is filled in when the value is made."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Model:
     """States, controls, parameters and algebraic equations that switches are added to.

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.dcs.heaviside import heaviside
 from fesd_robot.dcs.model import Model
 from fesd_robot.dcs.step_functions import StepFunctions
@@ -18,6 +19,7 @@ Lifted = dict[tuple[tuple[int, int], ...], tuple[str, ca.SX, ca.SX]]
 """((index of a step, sign), ...) of a product -> its name, symbol and definition."""
 
 
+@checked
 def heaviside_from_regions(
     model: Model, subsystems: Subsystem | Sequence[Subsystem], drift: ca.SX | None = None
 ) -> ComplementaritySystem:

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from fesd_robot.arguments import checked
 from fesd_robot.dcs.checks import as_expression, as_symbols, check_content, check_shape, check_switching
 from fesd_robot.dcs.model import OMITTED, Model
 from fesd_robot.errors import DimensionError, ModelError
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class StepFunctions:
     """The step functions of a model, alpha_i = 1 where c_i > 0, 0 where c_i < 0, anything between where c_i = 0.

@@ -9,6 +9,7 @@ from itertools import product
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.complementarity import Complementarity, Label
 from fesd_robot.dcs.model import Model
 from fesd_robot.dcs.subsystem import Subsystem, checked_subsystems, labels
@@ -30,6 +31,7 @@ class _Block:
     mu: ca.SX
 
 
+@checked
 def stewart(
     model: Model, subsystems: Subsystem | Sequence[Subsystem], drift: ca.SX | None = None
 ) -> ComplementaritySystem:

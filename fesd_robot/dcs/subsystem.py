@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.dcs.checks import as_expression, check_content, check_shape, check_switching, check_unique
 from fesd_robot.dcs.model import Model
 from fesd_robot.errors import DimensionError, ModelError
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Subsystem:
     """Regions R_i that tile the state space, and the vector field f_i that holds on each.
@@ -119,10 +121,7 @@ def labels(subsystems: Sequence[Subsystem], names: Sequence[Sequence[str]]) -> l
 
 
 def _signs(given: object, shape: tuple[int, int], where: str) -> np.ndarray:
-    try:
-        values = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise ModelError(f"sign_matrix {where} is {given}, must be an array of -1, 0 and 1") from None
+    values = np.asarray(given, dtype=float)
     if values.shape != shape:
         raise DimensionError(
             f"sign_matrix {where} has shape {values.shape}, expected {shape}, one row a region and one column a "

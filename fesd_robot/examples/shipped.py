@@ -80,6 +80,8 @@ def find_task(given: str | Path) -> Path:
         TaskError: for a name that is neither, with the nearest name.
     """
     path = Path(given)
+    if not path.name:
+        raise TaskError(f"found '{given}', expected a task file or the name of a task")
     if path.is_file():
         return path
     tasks = {example.name: example.path for example in shipped_examples() if example.kind == "task"}

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Literal, cast
 
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.complementarity import Label, Place
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.grid import ControlGrid, Span
@@ -26,6 +27,7 @@ ConstraintKind = Literal["path", "interval_end", "interval", "coupling", "bounda
 """Which points of a trajectory a constraint is about, see `TrajectoryConstraint`."""
 
 
+@partial(checked, exact=True)
 @dataclass(frozen=True)
 class TrajectoryConstraint:
     """A constraint lower <= rows(y, p) <= upper and a cost on some points of the trajectory, once for each place.

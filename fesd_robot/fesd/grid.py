@@ -8,10 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import DimensionError
 from fesd_robot.instants import SAME_NODE
 
 
+@checked
 @dataclass(frozen=True)
 class Span:
     """A part of the horizon, s of its nominal duration: the control intervals between its ends.
@@ -23,6 +25,7 @@ class Span:
     end: float
 
 
+@checked
 @dataclass(frozen=True)
 class ControlGrid:
     """Control intervals, in the order of time.

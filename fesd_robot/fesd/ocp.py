@@ -11,7 +11,9 @@ from weakref import WeakValueDictionary
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.dcs import OMITTED, ComplementaritySystem
+from fesd_robot.dcs.checks import as_expression
 from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.constraints import TrajectoryConstraint
 from fesd_robot.fesd.grid import Span
@@ -69,6 +71,7 @@ _KNOWN: WeakValueDictionary[object, OcpEquations] = WeakValueDictionary()
 """Equations that some problem has."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class OptimalControlProblem:
     """min integral of the running cost + terminal cost over trajectories of a complementarity system.
@@ -150,6 +153,7 @@ class OptimalControlProblem:
             start = _middle(self.initial_lower, self.initial_upper)
             object.__setattr__(self, "state_guess", lambda time: start)
         _check("state_guess(0)", np.shape(self.state_guess(0.0)), (n_x,))
+        object.__setattr__(self, "interval_end", as_expression("interval_end", self.interval_end))
         n_end = self.interval_end.numel()
         _check("interval_end", self.interval_end.shape, (n_end, 1))
         _check("interval_end_names", (len(self.interval_end_names),), (n_end if self.interval_end_names else 0,))
@@ -157,7 +161,7 @@ class OptimalControlProblem:
             raise ModelError(f"relaxed_costs: there is no running cost '{unknown[0]}'")
         for kind, terms in (("running_cost", self.running_cost), ("terminal_cost", self.terminal_cost)):
             for name, term in terms.items():
-                _check(f"{kind}['{name}']", term.shape, (1, 1))
+                _check(f"{kind}['{name}']", as_expression(f"{kind}['{name}']", term).shape, (1, 1))
 
     @cached_property
     def equations(self) -> OcpEquations:
@@ -198,6 +202,7 @@ class OptimalControlProblem:
         object.__setattr__(self, name, value)
 
 
+@checked
 def initial_value_problem(
     system: ComplementaritySystem,
     initial: np.ndarray | Sequence[float],
@@ -232,7 +237,7 @@ def initial_value_problem(
         system=system,
         duration=duration,
         intervals=intervals,
-        parameters=np.tile(p[:, None], intervals),
+        parameters=np.tile(p[:, None], max(intervals, 1)),
         initial_lower=x,
         initial_upper=x,
         control_lower=u,

@@ -7,6 +7,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import DimensionError, ModelError, OptionError, nearest
 from fesd_robot.fesd.tableau import Tableau, make_tableau
 
@@ -17,6 +18,7 @@ StepEquilibration = Literal[
 Form = Literal["integral", "differential", "lifted"]
 
 
+@checked
 @dataclass(frozen=True)
 class FesdOptions:
     """How an interval is discretised.
@@ -54,10 +56,6 @@ class FesdOptions:
     step_freedom: float | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.tableau, Tableau):
-            raise OptionError(
-                f"tableau is {_shown(self.tableau)}, must be a Tableau, such as make_tableau('radau_iia', 2)"
-            )
         for key, valid in (
             ("form", (None, *get_args(Form))),
             ("cross_complementarity", get_args(CrossComplementarity)),

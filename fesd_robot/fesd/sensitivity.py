@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fesd_robot.errors import ModelError
+from fesd_robot.arguments import checked
+from fesd_robot.errors import DimensionError, ModelError
 from fesd_robot.fesd.modes import ModeEquations
 from fesd_robot.fesd.simulation import Sensitivity
 from fesd_robot.fesd.transcription import Transcription
@@ -34,6 +35,7 @@ def chain(intervals: Sequence[Derivatives], parameters: int) -> Sensitivity:
     return Sensitivity(initial=after, parameters=by_parameters, controls=np.array(by_controls[::-1]))
 
 
+@checked
 def end_sensitivity(transcription: Transcription, w: np.ndarray) -> Sensitivity:
     """Return the derivatives of the end state of a solved optimal control problem, its switches moving along.
 
@@ -46,10 +48,13 @@ def end_sensitivity(transcription: Transcription, w: np.ndarray) -> Sensitivity:
         w: a solution, (n).
 
     Raises:
+        DimensionError: w of another shape.
         ModelError: the system has vanishing constraints, which the active sides do not cover.
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.5, Theorem 19.
     """
+    if np.shape(w) != transcription.problem.start.shape:
+        raise DimensionError(f"w has shape {np.shape(w)}, expected {transcription.problem.start.shape}")
     system = transcription.ocp.system
     if not system.switches_in_pairs:
         raise ModelError("sensitivities need pairs 0 <= G _|_ H >= 0 only; this system has vanishing constraints")

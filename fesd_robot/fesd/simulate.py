@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.errors import DimensionError, ModelError, OptionError
 from fesd_robot.fesd.adaptive.span import StepChoice, StepControl, simulate_span, unknown_choice
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
+@checked
 def simulate(
     system: ComplementaritySystem,
     initial: np.ndarray,
@@ -70,14 +72,6 @@ def simulate(
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.
     """
-    arguments: list[tuple[str, Any, type, str]] = [
-        ("system", system, ComplementaritySystem, "as stewart, heaviside and heaviside_from_regions return it"),
-        ("options", options, FesdOptions, "such as FesdOptions(make_tableau('radau_iia', 3), elements=2)"),
-        ("settings", settings, SimulationSettings, "such as SimulationSettings(tolerance=1e-10)"),
-    ]
-    for name, value, kind, example in arguments:
-        if not isinstance(value, kind) and (value is not None or name == "system"):
-            raise OptionError(f"{name} is a {type(value).__name__}, must be {kind.__name__}, {example}")
     settings = settings or SimulationSettings()
     if isinstance(controls, tuple):
         _refuse_together(controls, duration, options, settings)

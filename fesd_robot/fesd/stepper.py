@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.errors import DimensionError
 from fesd_robot.fesd.adaptive.ambiguity import repelling
@@ -30,6 +31,7 @@ ROBOTS = "; a task or a plan is simulated from event to event, without control i
 """Advice where a step with contact fails."""
 
 
+@checked
 @dataclass(frozen=True)
 class SimulationSettings:
     """How the steps of a simulation are solved, and what their results must satisfy.

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import ModelError, OptionError, nearest
 from fesd_robot.fesd.schemes import (
     FAMILIES,
@@ -167,6 +168,7 @@ class Tableau:
         return lagrange(self.nodes, np.asarray(fraction, dtype=float)) @ values
 
 
+@checked
 @cache
 def make_tableau(scheme: Scheme, stages: int | None = None) -> Tableau:
     """Return the tableau of a scheme.

@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.complementarity import Label, LateLabels, Place
 from fesd_robot.dcs import ComplementaritySystem, Jump
 from fesd_robot.errors import DimensionError, ModelError
@@ -31,6 +32,7 @@ REMEMBERED = 8
 """Problems that are kept for when they are needed again."""
 
 
+@checked
 @dataclass(frozen=True)
 class Transcription:
     """An optimal control problem discretised by FESD.

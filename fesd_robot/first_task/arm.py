@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError
-from fesd_robot.first_task.feet import limbs_of
+from fesd_robot.first_task.feet import SAME_FRAME, limbs_of
 from fesd_robot.first_task.posture import Leg, clipped, joint_values, leg_to, solved
 from fesd_robot.first_task.proposal import Contact, Proposal, RobotSection, State, what_moves
 from fesd_robot.robot import Robot
@@ -47,8 +47,10 @@ def reach(name: str, robot: Robot, section: RobotSection, feet: Sequence[str]) -
     tips = [*feet] or [body for limb in limbs_of(robot, q) for body in limb.bodies]
     # The longest way through the joints; of several bodies at its end the farthest.
     arm = max((leg_to(robot, tip, ()) for tip in tips), key=lambda leg: (len(leg.joints), round(leg.length, 4)))
-    if not arm.joints:
-        raise RobotError(f"{robot.source}: found no joint that moves the body {arm.frame}; name another one by --foot")
+    if not arm.joints or arm.length < SAME_FRAME:
+        raise RobotError(
+            f"{robot.source}: found no joint that moves the body {arm.frame} far; name another one by --foot"
+        )
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, q)
     ahead = float(data.oMi[arm.joints[0]].translation[0]) + _AHEAD * arm.length

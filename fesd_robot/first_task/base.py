@@ -43,7 +43,8 @@ def base_of(robot: Robot) -> Base:
         return Base(names=tuple(_names(robot, joints)), free=True)
     found: dict[str, tuple[str, float]] = {}
     for joint in joints:
-        jacobian = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        # Pinocchio returns the matrix of a model with one coordinate as a vector.
+        jacobian = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED).reshape(6, -1)
         start = model.joints[joint].idx_v
         for v in range(start, start + model.joints[joint].nv):
             linear, angular = jacobian[:3, v], jacobian[3:, v]

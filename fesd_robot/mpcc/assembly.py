@@ -16,6 +16,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.mpcc.blocks import BlockDerivatives, differentiate
 from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
@@ -170,6 +171,7 @@ class _Layout:
         return _Entries.of((self.size, self.size), rows, columns)
 
 
+@checked
 def assemble(
     problem: Mpcc,
     relaxation: Relaxation,

@@ -9,7 +9,9 @@ from typing import Literal
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.complementarity import Branch, Label
+from fesd_robot.errors import DimensionError, OptionError
 from fesd_robot.mpcc.problem import Mpcc
 from fesd_robot.running import SearchEffort
 
@@ -56,6 +58,7 @@ class Certificate:
     bound: float = -np.inf
 
 
+@checked
 def certify(
     problem: Mpcc,
     w: np.ndarray,
@@ -80,7 +83,9 @@ def certify(
             is asked again, or None if the direction stands.
 
     Raises:
-        DimensionError, SolverError: w of another shape, derivatives that are not finite.
+        DimensionError: w of another shape.
+        OptionError: a tolerance that is not positive.
+        SolverError: derivatives that are not finite.
 
     Source: Scheel & Scholtes, Math. Oper. Res. 25, 2000; Nurkanovic & Leyffer, arXiv 2501.13835.
     """
@@ -89,6 +94,10 @@ def certify(
     from fesd_robot.mpcc.derivatives import active_set, linearise
     from fesd_robot.mpcc.stationarity import stationarity
 
+    if np.shape(w) != problem.start.shape:
+        raise DimensionError(f"w has shape {np.shape(w)}, expected {problem.start.shape}")
+    if not tolerance > 0:
+        raise OptionError(f"found a tolerance of {tolerance:g}, expected one greater than 0")
     activity = ACTIVITY * tolerance**0.5
     activities = {"activity": activity, "bound_activity": max(activity, BOUND_ACTIVITY)}
     deadline = time.perf_counter() + SHARE_OF_DESCENT * time_limit

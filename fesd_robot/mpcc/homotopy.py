@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.polishing import BranchNlp, Polisher, PolishingReport
@@ -41,6 +42,7 @@ COST_LOSS = 0.2
 before; a branch that costs more was misread."""
 
 
+@checked
 def solve(
     problem: Mpcc,
     run: Run | None = None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import OptionError
 from fesd_robot.exactness import FEASIBLE
 from fesd_robot.mpcc.assembly import Compile
@@ -14,6 +15,7 @@ from fesd_robot.mpcc.steering import Steering, check_steering
 from fesd_robot.nlp import check_solver
 
 
+@checked
 @dataclass(frozen=True)
 class HomotopyOptions:
     """How sigma is driven to zero.

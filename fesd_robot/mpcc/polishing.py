@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.complementarity import Branch
 from fesd_robot.exactness import EXACT_PRODUCT
 from fesd_robot.mpcc.assembly import Compile, RelaxedNlp, assemble
@@ -147,6 +148,7 @@ class PolishingReport:
         return missing and self.residuals.constraint_violation <= NEARLY_FEASIBLE
 
 
+@checked
 @dataclass(frozen=True)
 class PolishingLimits:
     """How many iterations polishing may take.

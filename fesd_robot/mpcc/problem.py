@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.complementarity import Complementarity, Label, Place
 from fesd_robot.errors import DimensionError, ModelError
 
@@ -211,6 +212,7 @@ class Residuals:
     worst_pair: Label | None
 
 
+@partial(checked, exact=True)
 @dataclass(frozen=True, eq=False)
 class Mpcc:
     """min f(w) s.t. lower <= w <= upper, g_lower <= g(w) <= g_upper, 0 <= G(w) complementary to H(w) >= 0.

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+from fesd_robot.arguments import checked
 from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.running import Deadline, SearchEffort, Stop, stop_requested
 
 
+@checked
 @dataclass(frozen=True)
 class Run:
     """What all NLPs of one solve have in common.

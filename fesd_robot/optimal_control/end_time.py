@@ -9,6 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.dcs import ComplementaritySystem
 from fesd_robot.errors import ModelError
 from fesd_robot.fesd import OptimalControlProblem, RelaxedCost, TrajectoryConstraint
@@ -17,6 +18,7 @@ END_TIME = "end time"
 """Name of the state."""
 
 
+@checked
 @dataclass(frozen=True)
 class EndTime:
     """That the end time of a problem is free; its `duration` is the guess.

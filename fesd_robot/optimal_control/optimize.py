@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from fesd_robot.arguments import checked
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem
 from fesd_robot.mpcc import NlpReport, Run
 from fesd_robot.optimal_control.end_time import EndTime, with_end_time
@@ -14,6 +15,7 @@ from fesd_robot.optimal_control.solution import OptimalControlSolution
 from fesd_robot.running import Deadline
 
 
+@checked
 def optimize(
     problem: OptimalControlProblem,
     options: FesdOptions | None = None,

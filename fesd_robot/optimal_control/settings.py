@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import OptionError
 from fesd_robot.mpcc import HomotopyOptions
 from fesd_robot.running import SearchEffort
 
 
+@checked
 @dataclass(frozen=True)
 class OptimalControlSettings:
     """How an optimal control problem is solved.

@@ -159,7 +159,7 @@ class Stepping:
         data = model.createData()
         pin.computeJointJacobians(model, data, q)
         pin.updateFramePlacements(model, data)
-        rows = np.vstack([pin.getFrameJacobian(model, data, foot.frame, axes)[:3] for foot in self.feet])
+        rows = np.vstack([pin.getFrameJacobian(model, data, foot.frame, axes).reshape(6, -1)[:3] for foot in self.feet])
         rows[:, self._roots] = 0.0
         return np.array([data.oMf[foot.frame].translation for foot in self.feet]), rows
 

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.mpcc import Certificate, NlpReport, NlpStatus, Run
 from fesd_robot.native import begin_building
 from fesd_robot.ocp import assembled_plan, conflict_of, formulate, homotopy_options
@@ -62,6 +63,7 @@ ORDER_SECONDS, ORDER_SHARE = 1.0, 0.05
 """How long the orders of landings may take to work out: seconds, and a part of what the plan has taken."""
 
 
+@checked
 def plan(
     task: Task,
     *,

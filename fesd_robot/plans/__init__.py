@@ -38,6 +38,7 @@ __all__ = [
     "TriedSequence",
     "Units",
     "check_output_folder",
+    "check_task_and_robot",
     "contact_outcomes",
     "contact_words",
     "control_interval",
@@ -79,7 +80,9 @@ if TYPE_CHECKING:
     from fesd_robot.plans.audit_record import Audit
     from fesd_robot.plans.body_distances import obstacle_geometry
     from fesd_robot.plans.columns import control_interval
+    from fesd_robot.plans.consistency import check_task_and_robot
     from fesd_robot.plans.contact_outcome import contact_outcomes
+    from fesd_robot.plans.continued import task_to_improve, task_to_refine
     from fesd_robot.plans.exports import EXPORTS, export
     from fesd_robot.plans.exports.joint_trajectory import joint_trajectory
     from fesd_robot.plans.files import read_plan, write_into, write_or_keep, write_plan
@@ -91,7 +94,7 @@ if TYPE_CHECKING:
     from fesd_robot.plans.joint_friction import joint_friction_of, joint_switches_of
     from fesd_robot.plans.landing_order import ORDER_MATTERS, landing_orders
     from fesd_robot.plans.measured import Names
-    from fesd_robot.plans.origin import task_of, task_to_improve, task_to_refine
+    from fesd_robot.plans.origin import task_of
     from fesd_robot.plans.outcome import Outcome
     from fesd_robot.plans.outcome_words import contact_words, count, goal_words
     from fesd_robot.plans.overlaps import overlaps_of_motion
@@ -134,7 +137,9 @@ else:
             "fesd_robot.plans.audit_record": ["Audit"],
             "fesd_robot.plans.body_distances": ["obstacle_geometry"],
             "fesd_robot.plans.columns": ["control_interval"],
+            "fesd_robot.plans.consistency": ["check_task_and_robot"],
             "fesd_robot.plans.contact_outcome": ["contact_outcomes"],
+            "fesd_robot.plans.continued": ["task_to_improve", "task_to_refine"],
             "fesd_robot.plans.exports": ["EXPORTS", "export"],
             "fesd_robot.plans.exports.joint_trajectory": ["joint_trajectory"],
             "fesd_robot.plans.files": ["read_plan", "write_into", "write_or_keep", "write_plan"],
@@ -146,7 +151,7 @@ else:
             "fesd_robot.plans.joint_friction": ["joint_friction_of", "joint_switches_of"],
             "fesd_robot.plans.landing_order": ["ORDER_MATTERS", "landing_orders"],
             "fesd_robot.plans.measured": ["Names"],
-            "fesd_robot.plans.origin": ["task_of", "task_to_improve", "task_to_refine"],
+            "fesd_robot.plans.origin": ["task_of"],
             "fesd_robot.plans.outcome": ["Outcome"],
             "fesd_robot.plans.outcome_words": ["contact_words", "count", "goal_words"],
             "fesd_robot.plans.overlaps": ["overlaps_of_motion"],

@@ -12,8 +12,11 @@ from pathlib import Path
 from pydantic import ValidationError
 from pydantic_core import from_json
 
-from fesd_robot.errors import PlanFileError
+from fesd_robot.arguments import checked
+from fesd_robot.errors import PlanFileError, TaskError
+from fesd_robot.plans.consistency import inconsistencies
 from fesd_robot.plans.exports import EXPORTS, export
+from fesd_robot.plans.origin import check_task
 from fesd_robot.plans.plan import SCHEMA_VERSION, Plan
 from fesd_robot.plans.renamed_keys import rename_plan_keys
 from fesd_robot.plans.report_text import report
@@ -33,13 +36,14 @@ logger = logging.getLogger(__name__)
 _NO_JSON = "not a plan: expected the JSON that fesd-robot plan writes"
 
 
+@checked
 def read_plan(path: Path | str) -> Plan:
     """Return the plan in a ``plan.json``, or in a folder that holds one.
 
     Keys under an old name get their new one, with one warning for all (`fesd_robot.plans.renamed_keys`).
 
     Raises:
-        PlanFileError: no such file, or not a plan of this schema version.
+        PlanFileError: no such file, not a plan of this schema version, or one whose parts do not fit each other.
     """
     path = Path(path)
     file = path / PLAN_FILE if path.is_dir() else path
@@ -62,6 +66,12 @@ def read_plan(path: Path | str) -> Plan:
         raise PlanFileError(f"{file}: task: {error}") from error
     except ValueError as error:
         raise PlanFileError(f"{file}: {_NO_JSON} ({error})") from error
+    try:
+        check_task(plan)
+    except TaskError as error:
+        raise PlanFileError(f"{file}: task: {error}") from error
+    for sentence in inconsistencies(plan):
+        raise PlanFileError(f"{file}: {sentence}")
     if renamings:
         names = ", ".join(f"'{old}' is now called '{new}'" for old, new in renamings)
         logger.warning("%s: keys have new names: %s", file, names)
@@ -83,6 +93,7 @@ def _why_no_plan(error: ValidationError) -> str:
     return f"not a plan of this version: {where}: {errors[0]['msg']}"
 
 
+@checked
 def write_plan(plan: Plan, folder: Path | str, extras: Callable[[Path], None] | None = None) -> Path:
     """Write a plan's files into `folder` and return it.
 

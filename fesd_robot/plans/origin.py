@@ -9,7 +9,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fesd_robot.plans.files import read_plan
 from fesd_robot.plans.plan import Plan
 from fesd_robot.task import KeyPath, Origin, Origins, Task, override_keys, validation_error
 
@@ -55,6 +54,25 @@ def task_of(plan: Plan, folder: Path | None = None, overrides: Sequence[str] = (
     return task.with_origins(origins)
 
 
+def check_task(plan: Plan) -> None:
+    """Raise unless the task of a plan is one in its form; values may contradict each other, and keys may have gone.
+
+    Raises:
+        TaskError: a key that is missing, or whose value is none of its kind.
+    """
+    data = deepcopy(plan.task)
+    _leave_out_gone(data)
+    try:
+        Task.model_validate(data)
+    except ValidationError as error:
+        if any(one["type"] not in _OF_OTHER_VERSIONS for one in error.errors(include_url=False)):
+            raise validation_error(error, Origins()) from error
+
+
+_OF_OTHER_VERSIONS = ("conflict", "extra_forbidden")
+"""Errors, in the words of pydantic, of tasks that another version took."""
+
+
 def _leave_out_gone(task: dict[str, Any]) -> None:
     """Remove `GONE` keys and keys with `GONE_VALUES` from a task as plain data, in place."""
     for path, keys in GONE.items():
@@ -70,39 +88,5 @@ def _leave_out_gone(task: dict[str, Any]) -> None:
 def _section(task: dict[str, Any], path: KeyPath) -> dict[str, Any]:
     """Return a section of a task, empty if the task leaves it out."""
     for part in path:
-        task = task.get(part, {})
-    return task
-
-
-def task_to_refine(path: Path, overrides: Sequence[str] = ()) -> Task:
-    """Return the task of a plan that begins from the plan and keeps its contacts, changed.
-
-    The plan may be that of another start than the first, which would ask for that start again.
-
-    Args:
-        path: ``plan.json`` or its folder.
-        overrides: as those of `task_of`; they go before what is kept.
-
-    Raises:
-        TaskError, PlanFileError: as those of `task_of` and `read_plan`.
-    """
-    return _from_plan(path, ["solver.effort=quick", *overrides])
-
-
-def task_to_improve(path: Path, overrides: Sequence[str] = ()) -> Task:
-    """Return the task of a plan that begins from the plan, and is searched until no neighbour is cheaper.
-
-    Args:
-        path: ``plan.json`` or its folder.
-        overrides: as those of `task_of`.
-
-    Raises:
-        TaskError, PlanFileError: as those of `task_of` and `read_plan`.
-    """
-    return _from_plan(path, ["solver.effort=best", *overrides])
-
-
-def _from_plan(path: Path, overrides: Sequence[str]) -> Task:
-    """Return the task of a plan that begins at the plan."""
-    own = ("solver.seed=0", *overrides, f"solver.warm_start={path.absolute()}")
-    return task_of(read_plan(path), overrides=own)
+        task = task.get(part, {}) if isinstance(task, dict) else {}
+    return task if isinstance(task, dict) else {}

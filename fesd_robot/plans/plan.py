@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from fesd_robot.arguments import checked
 from fesd_robot.contact import ContactMode
 from fesd_robot.lazy import by_name
 from fesd_robot.plans.audit_record import Audit
@@ -360,6 +361,7 @@ class Plan(Record):
         """Whether contacts have forces in two tangential directions."""
         return any(one.lateral_force is not None for one in self.contacts.values())
 
+    @checked
     def at(self, time: float | Sequence[float] | np.ndarray, side: Side | Sequence[Side] = "before") -> MotionAt:
         """Return the motion at any time, from the polynomials that the scheme has in every finite element.
 

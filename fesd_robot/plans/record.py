@@ -11,7 +11,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 def _to_array(value: Any) -> np.ndarray:
     try:
         array = np.asarray(value, dtype=float)
-    except TypeError as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError("expected a list of numbers") from error
     if array.ndim != 1:
         raise ValueError(f"expected a list of numbers, found an array of {array.ndim} dimensions")
@@ -21,7 +21,7 @@ def _to_array(value: Any) -> np.ndarray:
 def _to_arrays(value: Any) -> np.ndarray:
     try:
         return np.asarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError("expected lists of numbers of one length") from error
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.plans.audit_record import ENTRIES
 from fesd_robot.plans.glossary import glossary
 from fesd_robot.plans.outcome_report import outcome_section
@@ -16,6 +17,7 @@ from fesd_robot.plans.verdict import given_limits, near_miss_words
 from fesd_robot.plans.weights import weights_of
 
 
+@checked
 def report(plan: Plan, picture: str | None = None) -> str:
     """Return the report: verdict, five sentences, warnings, outcome, contacts, cost, numbers with their words.
 

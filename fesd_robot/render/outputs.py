@@ -70,6 +70,7 @@ def write_page(plan: Plan, task: Task, path: Path, ghost: tuple[Plan, Task] | No
         FesdRobotError: the trajectory cannot be shown, e.g. because it is not finite.
     """
     from fesd_robot.ocp import build_actuation, load_task_robot
+    from fesd_robot.plans import check_task_and_robot
     from fesd_robot.render import PageContent, render_page
     from fesd_robot.render.feet import feet_of
     from fesd_robot.render.page import Ghost
@@ -77,12 +78,14 @@ def write_page(plan: Plan, task: Task, path: Path, ghost: tuple[Plan, Task] | No
     from fesd_robot.render.verdict import effort_facts, goal_rows, verdict_of
 
     task, robot = load_task_robot(task)
+    check_task_and_robot(plan, task, robot)
     time, configuration = _samples(plan, robot)
     feet = feet_of(plan, task, robot, configuration)
     actuation = build_actuation(task, robot)
     other = None
     if ghost is not None:
-        _, other_robot = load_task_robot(ghost[1])
+        other_task, other_robot = load_task_robot(ghost[1])
+        check_task_and_robot(ghost[0], other_task, other_robot)
         other = Ghost(ghost[0].name, other_robot.model, other_robot.visual_model, *_samples(ghost[0], other_robot))
     content = PageContent(
         title=plan.name,

@@ -40,6 +40,9 @@ logger = logging.getLogger(__name__)
 LARGE_PAGE = 25e6
 """Bytes above which a page is slow to open and send; a warning says so."""
 
+LARGEST = 1e9
+"""m, rad or s; what is larger cannot be drawn in the single precision of a page."""
+
 SHOWN_MARKS = 12
 """Marks of a group that are shown at first; more would hide the robot."""
 
@@ -136,8 +139,8 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
     motion = sample_motion(model, visual_model, time, configuration)
     other = _ghost(content)
     ghost = other and sample_motion(other.model, other.visual_model, other.time, other.configuration)
-    around = [*([ghost.box] if ghost else []), *([corners(content.marks)] if content.marks else [])]
-    box = view_box(motion, [*paths.values(), *around], ground)
+    around = [corners(content.marks)] if content.marks else []
+    box = view_box([motion, *([ghost] if ghost else [])], [*paths.values(), *around], ground)
     floor = floor_below(box)
     if not visual_model.ngeoms:
         logger.warning("%s: %r has no visual geometry, the page shows no robot", Path(path).name, model.name)
@@ -201,9 +204,10 @@ def _check(model: pin.Model, time: np.ndarray, configuration: np.ndarray, traces
         if points.shape != (count, 3):
             raise DimensionError(f"trace {name!r} has shape {points.shape}, expected {(count, 3)}")
     for name, array in {"time": time, "configuration": configuration, **traces}.items():
-        if not np.isfinite(array).all():
-            row = int(np.argwhere(~np.isfinite(array))[0][0])
-            raise FesdRobotError(f"{name} has a value that is not finite in row {row}")
+        drawable = np.abs(array) <= LARGEST
+        if not drawable.all():
+            row = int(np.argwhere(~drawable)[0][0])
+            raise FesdRobotError(f"{name} has a value in row {row} that is not finite, or too large to be drawn")
     if (np.diff(time) < -SAME_EVENT).any():
         row = int(np.flatnonzero(np.diff(time) < -SAME_EVENT)[0])
         raise FesdRobotError(f"time decreases from {time[row]} to {time[row + 1]} s at row {row + 1}")

@@ -21,10 +21,13 @@ from fesd_robot.render.window import SceneWindow
 TUBE_SIDES = 6
 
 
-def view_box(motion: Motion, others: Sequence[np.ndarray], ground: GroundVisual) -> np.ndarray:
-    """Return the corners of the box the camera must see, m, shape (2, 3): robot, other points, solids and ground."""
+def view_box(motions: Sequence[Motion], others: Sequence[np.ndarray], ground: GroundVisual) -> np.ndarray:
+    """Return the corners of the box the camera must see, m, shape (2, 3): robots, other points, solids and ground.
+
+    The box of a robot without shapes is not finite, and left out.
+    """
     solids = [solid.corners() for solid in ground.solids.values()]
-    points = [*others, *solids, *([motion.box] if np.isfinite(motion.box).all() else [])]
+    points = [*others, *solids, *(motion.box for motion in motions if np.isfinite(motion.box).all())]
     cloud = np.vstack(points or [np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 1.0]])])
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     levels = ground.levels(low, high)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, overload
 
+from fesd_robot.arguments import checked
 from fesd_robot.dcs import ComplementaritySystem
-from fesd_robot.errors import OptionError
 from fesd_robot.fesd import Simulation
 from fesd_robot.fesd import simulate as simulate_system
 from fesd_robot.plans import Plan
@@ -19,6 +19,7 @@ def simulate(what: Task | Plan, controls: Controls | None = None, *, duration: f
 def simulate(what: ComplementaritySystem, *arguments: Any, **options: Any) -> Simulation: ...
 
 
+@checked
 def simulate(what: Task | Plan | ComplementaritySystem, *arguments: Any, **options: Any) -> Plan | Simulation:
     """Simulate a robot through contact, or a piecewise smooth system.
 
@@ -40,9 +41,4 @@ def simulate(what: Task | Plan | ComplementaritySystem, *arguments: Any, **optio
     """
     if isinstance(what, ComplementaritySystem):
         return simulate_system(what, *arguments, **options)
-    if not isinstance(what, (Task, Plan)):
-        raise OptionError(
-            f"found a {type(what).__name__} to simulate, expected a task from load_task, a plan, or a system of "
-            "fesd_robot.dcs"
-        )
     return simulate_robot(what, *arguments, **options)

@@ -8,9 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import MotionFileError
 from fesd_robot.ocp import MotionProblem, assembled_plan, formulate, motion_audit, motion_outcome, numeric_physics
-from fesd_robot.plans import Audit, Plan, SimulationNote, SimulationSummary, Statistics, Status, count, task_of
+from fesd_robot.plans import (
+    Audit,
+    Plan,
+    SimulationNote,
+    SimulationSummary,
+    Statistics,
+    Status,
+    check_task_and_robot,
+    count,
+    task_of,
+)
 from fesd_robot.recovery import NumericPhysics, PhysicalMotion
 from fesd_robot.replay import ReplayNote
 from fesd_robot.simulation.drive import SimulatedMotion, drive
@@ -27,6 +38,7 @@ _NOT_UNIQUE = {
 Controls = Plan | Path | str | Mapping[str, float | Sequence[float] | np.ndarray]
 
 
+@checked
 def simulate_robot(what: Task | Plan, controls: Controls | None = None, *, duration: float | None = None) -> Plan:
     """Return the motion of a task's robot under given controls, through contact, every event located to round-off.
 
@@ -57,6 +69,8 @@ def simulate_robot(what: Task | Plan, controls: Controls | None = None, *, durat
     task = task_of(plan) if plan else what
     assert isinstance(task, Task)
     motion = formulate(task, driven=False)
+    if plan:
+        check_task_and_robot(plan, motion.task, motion.robot)
     names, physics = motion.actuation.names, numeric_physics(motion)
     length = _duration(motion, plan, duration)
     given = controls if controls is not None else plan

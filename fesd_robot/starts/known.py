@@ -95,9 +95,9 @@ def kept_motion(plan: Plan, motion: MotionProblem) -> BranchMotion | None:
     paths = tuple(PathBetween(*one) for one in own.paths)
     transcription = Transcription(motion.ocp, options, AddedRows(bounds, paths), grid if grid.moving else None)
     polisher, w = BranchTranscription(transcription), transcription.pack(known.elements)
-    point = NlpPoint(w, own.of_bounds.vector, own.of_rows.vector)
-    if (len(point.lam_x), len(point.lam_g)) != (len(w), polisher.problem.constraints):
+    if (own.of_bounds.size, own.of_rows.size) != (len(w), polisher.problem.constraints):
         return None
+    point = NlpPoint(w, own.of_bounds.vector, own.of_rows.vector)
     return BranchMotion(polisher, point, known.branch)
 
 

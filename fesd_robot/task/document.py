@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -23,8 +24,12 @@ logger = logging.getLogger(__name__)
 
 _MAX_NODES = 100_000
 _TAG = "tag:yaml.org,2002:"
+_MERGE = f"{_TAG}merge"
 _SCALARS = {f"{_TAG}{kind}" for kind in ("null", "bool", "int", "float", "str")}
 
+
+_DECIMALS = re.compile(r"(\d+(?:[eE][-+]?\d+)?)(?:\s*[a-zA-Z°%].*)?$")
+"""What stands behind a decimal comma, perhaps with a unit."""
 
 _WITH_COORDINATES = ("initial", "goal", "reference", "costs", "limits")
 _MAPS_OF_COORDINATES = (
@@ -54,6 +59,7 @@ class _Reader:
         self.lines: dict[KeyPath, int] = {}
         self._yaml = YAML(typ="safe", pure=True)
         self._open: list[Node] = []
+        self._merged: set[int] = set()
         self._count = 0
 
     def read(self, text: str) -> Any:
@@ -97,19 +103,27 @@ class _Reader:
         return self._convert(node, path)
 
     def _mapping(self, node: MappingNode, path: KeyPath) -> dict[str, Any]:
+        self._merge(node, path)
         result: dict[str, Any] = {}
         for key_node, value_node in node.value:
-            line = key_node.start_mark.line + 1
-            if not isinstance(key_node, ScalarNode) or key_node.tag != f"{_TAG}str":
-                raw = f" {key_node.value}" if isinstance(key_node, ScalarNode) else ""
-                raise _Problem(f"found the key{raw}, expected a name; quote it if it is one", line, path)
-            key = str(key_node.value)
-            below = (*path, key)
-            if key in result:
-                raise _Problem(f"this key is given twice, first in line {self.lines[below]}", line, below)
-            self.lines[below] = line
-            result[key] = self._convert(value_node, below)
+            below = (*path, str(key_node.value))
+            self.lines[below] = key_node.start_mark.line + 1
+            result[below[-1]] = self._convert(value_node, below)
         return result
+
+    def _merge(self, node: MappingNode, path: KeyPath) -> None:
+        """Check the keys of a mapping, and put in place of its merge key (<<) what it stands for, every key once."""
+        if id(node) in self._merged:
+            return
+        self._merged.add(id(node))
+        _check_keys(node, path)
+        for key_node, value_node in node.value:
+            if key_node.tag == _MERGE:
+                sources = value_node.value if isinstance(value_node, SequenceNode) else [value_node]
+                for source in (each for each in sources if isinstance(each, MappingNode)):
+                    self._merge(source, path)
+        self._yaml.constructor.flatten_mapping(node)
+        node.value = [*{str(key_node.value): (key_node, value) for key_node, value in node.value}.values()]
 
     def _scalar(self, node: ScalarNode, path: KeyPath) -> Any:
         if node.tag not in _SCALARS:
@@ -122,6 +136,41 @@ class _Reader:
             raise _Problem(
                 f"found {str(node.value)[:40]}, expected a number", node.start_mark.line + 1, path
             ) from error
+
+
+def _check_keys(node: MappingNode, path: KeyPath) -> None:
+    """Raise unless the keys that a mapping itself has are names, every one there once."""
+    lines: dict[str, int] = {}
+    for index, (key_node, value_node) in enumerate(node.value):
+        line = key_node.start_mark.line + 1
+        if index and (number := _decimal_comma(node.value[index - 1], key_node, value_node)):
+            written, point = number
+            below = (*path, str(node.value[index - 1][0].value))
+            raise _Problem(f"found {written}, expected a number with a decimal point, written {point}", line, below)
+        if key_node.tag == _MERGE:
+            continue
+        if not isinstance(key_node, ScalarNode) or key_node.tag != f"{_TAG}str":
+            raw = f" {key_node.value}" if isinstance(key_node, ScalarNode) else ""
+            raise _Problem(f"found the key{raw}, expected a name; quote it if it is one", line, path)
+        key = str(key_node.value)
+        if key in lines:
+            raise _Problem(f"this key is given twice, first in line {lines[key]}", line, (*path, key))
+        lines[key] = line
+
+
+def _decimal_comma(before: tuple[Node, Node], key: Node, value: Node) -> tuple[str, str] | None:
+    """Return a number with a decimal comma as it is written between braces and as it should be: there, 0,6 is a key 6.
+
+    Args:
+        before: key and value of the entry in front.
+        key, value: of an entry.
+    """
+    whole = before[1]
+    if not (isinstance(key, ScalarNode) and isinstance(value, ScalarNode) and isinstance(whole, ScalarNode)):
+        return None
+    plain = not value.value and key.style is None and whole.tag == f"{_TAG}int"
+    match = _DECIMALS.match(str(key.value)) if plain else None
+    return None if match is None else (f"{whole.value},{key.value}", f"{whole.value}.{match[1]}")
 
 
 def read_document(path: Path, overrides: Sequence[str]) -> tuple[dict[str, Any], Origins]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from fesd_robot.arguments import checked
 from fesd_robot.examples import find_task
 from fesd_robot.task.document import read_document
 from fesd_robot.task.messages import validation_error
@@ -14,6 +15,7 @@ from fesd_robot.task.printable_names import refuse_hidden
 from fesd_robot.task.schema import Task
 
 
+@checked
 def load_task(path: str | Path, overrides: Sequence[str] = ()) -> Task:
     """Load and check a task file.
 

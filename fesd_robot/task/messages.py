@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import types
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, Tag, ValidationError
@@ -40,9 +40,19 @@ def validation_error(error: ValidationError, origins: Origins) -> TaskError:
     """Return the first error by line as one sentence that says what was found and what was expected."""
     details = error.errors(include_url=False)
     misspelled = [_follow(detail["loc"])[0] for detail in details if detail["type"] == "extra_forbidden"]
-    first = origins.first_error(_problem(detail) for detail in details if not _is_echo(detail, misspelled))
+    first = origins.first_error(_joined(_problem(detail) for detail in details if not _is_echo(detail, misspelled)))
     assert first is not None, "a ValidationError holds at least one error"
     return first
+
+
+def _joined(problems: Iterable[tuple[KeyPath, str]]) -> list[tuple[KeyPath, str]]:
+    """Return problems with one for all alternatives of a key, each of which says what it expected."""
+    joined: dict[tuple[KeyPath, str], str] = {}
+    for path, sentence in problems:
+        found, expected, what = sentence.partition(", expected ")
+        key = path, found
+        joined[key] = f"{joined[key]} or {what}" if key in joined and what else f"{found}{expected}{what}"
+    return [(path, sentence) for (path, _), sentence in joined.items()]
 
 
 def _is_echo(detail: ErrorDetails, misspelled: Sequence[KeyPath]) -> bool:
@@ -135,9 +145,12 @@ def _is_union(annotation: Any) -> bool:
 
 
 def _union_tags(member: Any) -> tuple[str, ...]:
-    """Return pydantic's tags of a member of a union: its `Tag`, or the values of its key `type`."""
+    """Return how pydantic calls a member of a union: its `Tag`, the values of its key `type`, or its own name."""
     tags = tuple(mark.tag for mark in getattr(member, "__metadata__", ()) if isinstance(mark, Tag))
-    return tags or get_args(_bare(member).model_fields["type"].annotation)
+    bare = _bare(member)
+    if tags or not (isinstance(bare, type) and issubclass(bare, BaseModel)):
+        return tags or (getattr(bare, "__name__", str(bare)),)
+    return get_args(bare.model_fields["type"].annotation) if "type" in bare.model_fields else (bare.__name__,)
 
 
 def _tags(union: Any) -> list[str]:

@@ -16,6 +16,8 @@ _HINTS = (
     ("expected <block end>", "found a line that is not indented like the keys beside it"),
     ("could not find expected ':'", "found text without a ':', expected 'key: value'"),
     ("expected ',' or", "found a bracket that is not closed, or entries without a comma between them"),
+    ("for merging", "found a merge key (<<) of something else, expected an alias (*) of a mapping or a list of them"),
+    ("duplicate merge key", "found two merge keys (<<), expected one with a list of aliases, <<: [*first, *second]"),
     ("found unexpected end of stream", "found a quote that is not closed"),
 )
 

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from scipy.linalg import expm
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import OptionError, PlanFileError
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, ReferenceSegment, TrackingGains, task_of
@@ -25,6 +26,7 @@ STIFFNESS, DAMPING = 0.5, 0.03
 s, by which its damping follows from its stiffness."""
 
 
+@checked
 def tracking_gains(
     plan: Plan,
     weights: TrackingWeights | None = None,
@@ -77,6 +79,7 @@ def with_gains(plan: Plan) -> Plan:
     return plan if plan.gains else plan.model_copy(update={"gains": tracking_gains(plan)})
 
 
+@checked
 def proportional_gains(
     plan: Plan,
     stiffness: Mapping[str, float] | None = None,

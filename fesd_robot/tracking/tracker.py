@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import OptionError
 from fesd_robot.ocp import MotionProblem, formulate, numeric_physics
 from fesd_robot.plans import Plan, ReferenceSegment, TrackingGains, task_of
@@ -49,6 +50,7 @@ class _Segment:
         return (ahead - self.impulse[k] - (time - self.time[k]) * self.control[k]) / hold
 
 
+@checked
 class Tracker:
     """A controller that follows a plan.
 

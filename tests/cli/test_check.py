@@ -203,3 +203,33 @@ def test_check_draws_the_task(run: Callable[..., Any], task: Path, tmp_path: Pat
     (tmp_path / "file").write_text("", encoding="utf-8")
     outcome = run("check", task, "--page", tmp_path / "file" / "task.html")
     assert outcome.code == 2 and "cannot be written" in outcome.err
+
+
+BARE_BLOCK = """<robot name="block"><link name="world"/><link name="slide"/>
+<link name="block"><inertial><mass value="1"/>
+<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="x" type="prismatic"><parent link="world"/><child link="slide"/><axis xyz="1 0 0"/>
+<limit lower="-10" upper="10" velocity="20" effort="20"/></joint>
+<joint name="z" type="prismatic"><parent link="slide"/><child link="block"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="10" velocity="20" effort="0"/></joint></robot>"""
+
+SLIDE = """\
+name: slide
+robot: {model: block.urdf}
+contacts: {under: {frame: block}}
+horizon: {duration: 0.2, intervals: 4}
+initial: {configuration: {x: 0, z: 0}, velocity: {x: 1}}
+goal: {configuration: {x: 0.1}, soft: true}
+"""
+
+
+@pytest.mark.parametrize(
+    "ground", ["{type: plane}", "{type: plane, height: -0.5}", "{type: plane, walls: {w: {x: 2, side: left}}}"]
+)
+def test_the_page_of_a_robot_without_shapes(run: Callable[..., Any], ground: str) -> None:
+    """It has the ground, the contact and the frames, and a warning says that there is no robot to see."""
+    Path("block.urdf").write_text(BARE_BLOCK, encoding="utf-8")
+    Path("slide.yaml").write_text(f"{SLIDE}ground: {ground}\n", encoding="utf-8")
+    outcome = run("check", "slide.yaml", "--page", "task.html")
+    assert outcome.code == 0 and outcome.err.count("has no visual geometry, the page shows no robot") == 1
+    assert '"under' in Path("task.html").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.dcs import Subsystem
-from fesd_robot.errors import DimensionError, ModelError
+from fesd_robot.errors import DimensionError, ModelError, OptionError
 
 from .models import SIGN_MATRICES, X, by_signs
 
@@ -133,8 +133,8 @@ FOUR: dict[str, Any] = {"fields": np.ones((1, 4)), "switching": C, "sign_matrix"
         ),
         (
             {**TWO, "sign_matrix": [["+"], ["-"]]},
-            ModelError,
-            "sign_matrix of subsystem 'regions' is [['+'], ['-']], must be an array of -1, 0 and 1",
+            OptionError,
+            "Subsystem: sign_matrix: found [['+'], ['-']], expected numbers or an array of them or None",
         ),
         (
             {**TWO, "sign_matrix": [[-1], [0.5]]},

@@ -142,7 +142,7 @@ def test_bad_input_is_named(changes: dict[str, Any], kind: type[Exception], mess
         ({"step_equilibration": "diference"}, r"step_equilibration is 'diference' \(did you mean 'difference'"),
         ({"cross_complementarity": "sum"}, r"cross_complementarity is 'sum' \((valid|did)"),
         ({"form": "diff"}, r"form is 'diff' \(valid: differential, integral, lifted\)"),
-        ({"tableau": "radau_iia"}, r"tableau is 'radau_iia', must be a Tableau, such as make_tableau"),
+        ({"tableau": "radau_iia"}, "tableau: found the text 'radau_iia', expected a Tableau"),
     ],
 )
 def test_values_that_are_no_option_are_named(changes: dict[str, Any], message: str) -> None:
@@ -151,9 +151,9 @@ def test_values_that_are_no_option_are_named(changes: dict[str, Any], message: s
         _options(**changes)
 
 
-@pytest.mark.parametrize("elements", [0, 2.5, (), (2, 0), True])
+@pytest.mark.parametrize("elements", [0, (), (2, 0)])
 def test_a_number_of_elements_is_at_least_one(elements: Any) -> None:
-    """Elements are counted: no number below one, no fraction, no empty list."""
+    """Elements are counted: no number below one, no empty list."""
     with pytest.raises(DimensionError, match="one positive number per interval, or one for all, found"):
         _options(elements=elements)
 
@@ -161,8 +161,14 @@ def test_a_number_of_elements_is_at_least_one(elements: Any) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"options": make_tableau("radau_iia", 2)}, "options is a Tableau, must be FesdOptions, such as"),
-        ({"settings": FesdOptions()}, "settings is a FesdOptions, must be SimulationSettings, such as"),
+        (
+            {"options": make_tableau("radau_iia", 2)},
+            "options: found a value of type Tableau, expected a FesdOptions",
+        ),
+        (
+            {"settings": FesdOptions()},
+            "settings: found a value of type FesdOptions, expected a SimulationSettings",
+        ),
     ],
 )
 def test_arguments_of_another_type_are_named(changes: dict[str, Any], message: str) -> None:

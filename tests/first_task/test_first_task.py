@@ -85,3 +85,39 @@ def test_a_model_beside_the_task_keeps_a_relative_path(tmp_path: Path) -> None:
     name, text = propose_first_task(str(tmp_path / "own" / "it.urdf"), tmp_path)
     assert name == "it_first_jump" and "model: own/it.urdf" in text
     assert sorted(path.name for path in tmp_path.iterdir()) == ["own"]
+
+
+ONE_JOINT = """<robot name="one"><link name="world"/><link name="tip"/>
+<link name="body"><inertial><origin xyz="0 0 -0.3"/><mass value="1"/>
+<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+<joint name="moves" type="{kind}"><parent link="world"/><child link="body"/><axis xyz="{axis}"/><origin xyz="0 0 0.4"/>
+<limit lower="-1" upper="1" velocity="20" effort="100"/></joint>
+<joint name="end" type="fixed"><parent link="body"/><child link="tip"/><origin xyz="0 0 -0.6"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "axis", "refusal"),
+    [
+        ("prismatic", "0 0 1", None),
+        ("revolute", "0 1 0", None),
+        ("prismatic", "1 0 0", "found no posture in which tip touches the ground"),
+        ("prismatic", "0 1 0", "cannot be held in the x-z plane"),
+        ("revolute", "0 0 1", "cannot be held in the x-z plane"),
+    ],
+)
+def test_robots_with_one_coordinate(kind: str, axis: str, refusal: str | None, tmp_path: Path) -> None:
+    """One joint that brings the tip to the ground gets a task; others are refused with the reason."""
+    model = tmp_path / "one.urdf"
+    model.write_text(ONE_JOINT.format(kind=kind, axis=axis), encoding="utf-8")
+    if refusal is None:
+        assert _formulated(str(model), tmp_path).robot.velocity_names == ["moves"]
+        return
+    with pytest.raises(RobotError, match=refusal):
+        propose_first_task(str(model), tmp_path)
+
+
+@pytest.mark.parametrize("model", ["point.xml", "inverted_pendulum.xml"])
+def test_robots_of_which_the_plane_leaves_one_coordinate(model: str, tmp_path: Path) -> None:
+    """A body on a slide, and a cart with a pole above it, have no tip that comes down; the message says so."""
+    with pytest.raises(RobotError, match="found no"):
+        propose_first_task(str(MUJOCO / model), tmp_path)

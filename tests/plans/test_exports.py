@@ -19,8 +19,8 @@ from fesd_robot.plans.columns import CONTROL_CONVENTION, columns_of, control_int
 README = Path(__file__).parents[2] / "README.md"
 
 
-WITHOUT_MODEL = [name for name, each in EXPORTS.items() if not each.model]
-"""Formats that need nothing but the plan; the others are read back in `test_readers.py`."""
+WITHOUT_MODEL = [name for name, each in EXPORTS.items() if not (each.model or each.gains)]
+"""Formats that need nothing but the plan; the others are read back in `test_readers.py` and `tests/tracking`."""
 
 
 @pytest.mark.parametrize("name", WITHOUT_MODEL)

@@ -49,9 +49,9 @@ def test_a_diverged_plan_can_be_read_again(plan: Plan, tmp_path: Path) -> None:
 
 
 def test_infinite_samples_stay_infinite(plan: Plan, tmp_path: Path) -> None:
-    """NaN and infinity in an array come back as such."""
+    """NaN and infinity in an array of a plan that is not solved come back as such."""
     controls = {**plan.controls, "leg_force": np.array([np.inf, np.nan])}
-    odd = plan.model_copy(update={"controls": controls})
+    odd = plan.model_copy(update={"controls": controls, "status": plan.status.model_copy(update={"solved": False})})
     read = read_plan(write_plan(odd, tmp_path / "run"))
     np.testing.assert_array_equal(read.controls["leg_force"], [np.inf, np.nan])
 

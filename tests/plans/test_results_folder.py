@@ -49,7 +49,8 @@ def drawn(*figures: str) -> Callable[[Path], None]:
 
 def renamed(plan: Plan, name: str) -> Plan:
     """The plan of another motion: its table is another one, too."""
-    trajectory = plan.trajectory.model_copy(update={"time": plan.trajectory.time + 1.0})
+    moved = {name: values + 1.0 for name, values in plan.trajectory.velocity.items()}
+    trajectory = plan.trajectory.model_copy(update={"velocity": moved})
     return plan.model_copy(update={"name": name, "trajectory": trajectory})
 
 

@@ -182,7 +182,7 @@ def test_bad_arguments_are_one_sentence(thrown: Task, tmp_path: Path) -> None:
             simulate(thrown, controls)
     with pytest.raises(MotionFileError, match="found a duration of -1 s"):
         simulate(thrown, duration=-1)
-    with pytest.raises(OptionError, match="found a str to simulate"):
+    with pytest.raises(OptionError, match="simulate: what: found the text"):
         simulate("task.yaml")  # type: ignore[call-overload]
 
 

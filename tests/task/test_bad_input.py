@@ -6,9 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from fesd_robot.errors import TaskError
-from fesd_robot.task import load_task
+from fesd_robot.task import load_task, messages
+from fesd_robot.task.fields import Section
+from fesd_robot.task.origins import Origins
 
 Write = Callable[[str], Path]
 
@@ -249,3 +252,38 @@ def test_the_first_of_several_errors_is_reported(base: str, write: Write) -> Non
         load_task(write(text))
     assert caught.value.line == 1
     assert "; and 2 more errors" in caught.value.message
+
+
+@pytest.mark.parametrize(
+    "key", ["solver.polish", "output.page", "goal.soft", "method.accuracy", "method.auxiliary_force"]
+)
+@pytest.mark.parametrize("value", ["null", "-1", "x", "[]", "{}", "{a: 1}", "[true]", "1e400", ".nan", "!x 1"])
+def test_a_switch_or_choice_with_another_value_is_named(base: str, write: Write, key: str, value: str) -> None:
+    """Values that are neither are one sentence with the key."""
+    with pytest.raises(TaskError, match=rf"^{key}.*(expected|found)"):
+        load_task(write(base), [f"{key}={value}"])
+
+
+class _Search(Section):
+    seconds: float
+
+
+class _Switched(Section):
+    search: bool | _Search = True
+    names: list[str] | dict[str, int] | None = None
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sentence"),
+    [
+        ("search", 1e6, "search: found 1000000.0, expected true or false or a mapping of keys to values"),
+        ("search", None, "search: found nothing, expected true or false or a mapping of keys to values"),
+        ("names", 3, "names: found 3, expected a list or a mapping of names to values"),
+    ],
+)
+def test_a_switch_that_also_takes_keys(key: str, value: object, sentence: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a union of a switch and a section, or of any types, does not take is one sentence with all that it takes."""
+    monkeypatch.setattr(messages, "Task", _Switched)
+    with pytest.raises(ValidationError) as caught:
+        _Switched.model_validate({key: value})
+    assert str(messages.validation_error(caught.value, Origins())) == sentence

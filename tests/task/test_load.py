@@ -182,3 +182,62 @@ def test_a_task_is_frozen(base: str, write: Write) -> None:
     task = load_task(write(base))
     with pytest.raises(ValidationError, match="frozen"):
         task.horizon.intervals = 3  # type: ignore[misc]
+
+
+MERGED = """\
+name: first
+robot: {model: hopper.urdf}
+contacts: {foot: &foot {frame: foot}, hand: {<<: *foot, offset: [0, 0, 1]}}
+horizon: {duration: 1, intervals: 20}
+initial: &start
+  configuration: {root_x: 1}
+  velocity: {root_x: 0}
+goal:
+  <<: [*start, {soft: true, velocity: {root_x: 9}}]
+  configuration: {root_x: "one"}
+"""
+
+
+def test_merge_keys_are_read(write: Write) -> None:
+    """Own keys come before those of a merge key, and of a list of mappings the first; every key keeps its line."""
+    task = load_task(write(MERGED.replace('"one"', "2")))
+    assert task.contacts["hand"].frame == "foot" and task.contacts["hand"].offset == (0, 0, 1)
+    assert task.goal.configuration == {"root_x": 2} and task.goal.soft and task.goal.velocity == {"root_x": 0}
+    assert task.initial.configuration == {"root_x": 1}
+    with pytest.raises(TaskError, match=r"goal\.configuration\.root_x: found the text 'one'") as caught:
+        load_task(write(MERGED))
+    assert caught.value.line == 10
+    with pytest.raises(TaskError, match=r"velocity\.root_x: found the text 'fast'") as caught:
+        load_task(write(MERGED.replace("velocity: {root_x: 0}", 'velocity: {root_x: "fast"}')))
+    assert caught.value.line == 7
+
+
+def test_merge_keys_do_not_blow_up(write: Write) -> None:
+    """Lists of mappings that each merge nine of the ones before stay as small as what they stand for."""
+    lists = [f"a{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 9)}], k{i}: 1}}" for i in range(1, 30)]
+    with pytest.raises(TaskError, match="found an unknown key"):
+        load_task(write("\n".join([TEN_LINES + "a0: &a0 {k0: 1}", *lists])))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("goal: &a {<<: 3}", "found a merge key .* of something else"),
+        ("goal: {<<: [{soft: true}, 3]}", "found a merge key .* of something else"),
+        ("goal: {<<: {soft: true}, <<: {soft: false}}", "found two merge keys"),
+        ("goal: {<<: {soft: true, soft: false}}", "this key is given twice"),
+        ("goal: {<<: *nowhere}", "undefined alias"),
+        (
+            "horizon: {duration: 0,6, intervals: 12}",
+            "horizon.duration: found 0,6, expected a number with .* written 0.6",
+        ),
+        ("horizon: {intervals: 12, duration: 1,5e1}", "horizon.duration: found 1,5e1, .* written 1.5e1"),
+        ("horizon: {duration: -0,06 s}", "horizon.duration: found -0,06 s, .* written -0.06"),
+        ("horizon: {12, duration: 1}", "horizon: found the key 12, expected a name"),
+    ],
+)
+def test_wrong_merges_and_decimal_commas_are_named(write: Write, text: str, message: str) -> None:
+    """What cannot be merged, and a decimal comma between braces, is said in words."""
+    with pytest.raises(TaskError, match=message) as caught:
+        load_task(write(f"name: first\n{text}\n"))
+    assert caught.value.line == 2

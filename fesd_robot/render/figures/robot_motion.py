@@ -22,7 +22,7 @@ from fesd_robot.ocp import (
     scene_of,
     time_grid,
 )
-from fesd_robot.plans import Plan, control_interval
+from fesd_robot.plans import Plan, check_task_and_robot, control_interval
 from fesd_robot.recovery import closest, tangents_between
 from fesd_robot.render.figures.silhouettes import Silhouettes
 from fesd_robot.render.outputs import ground_visual
@@ -158,6 +158,7 @@ def robot_motion(plan: Plan, task: Task) -> RobotMotion:
         FesdRobotError: the trajectory is not finite.
     """
     task, robot = load_task_robot(task)
+    check_task_and_robot(plan, task, robot)
     trajectory = plan.trajectory
     q = np.column_stack([trajectory.configuration[name] for name in robot.configuration_names])
     v = np.column_stack([trajectory.velocity[name] for name in robot.velocity_names])
