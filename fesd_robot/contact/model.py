@@ -12,6 +12,10 @@ import numpy as np
 
 from fesd_robot.dcs import ComplementaritySystem
 
+STICKING_MARGIN = 1e-3
+"""Of its friction cone: what a contact that may not slip leaves unused while the clock runs. On the edge of
+the cone mechanics does not say whether it slips, nor where to, and a replay follows every digit that is missing."""
+
 
 @dataclass(frozen=True)
 class MultibodyDynamics:
@@ -91,11 +95,14 @@ class Contact:
     def usable_friction(self) -> float:
         """Coefficient of the friction that a plan uses, (1 - r) mu of a contact that comes to rest, else mu.
 
+        In the plane r is at least `STICKING_MARGIN`; in space the cone itself leaves so much while the clock runs.
+
         One that slides has all of its friction by Coulomb's law. Where a contact comes to rest in an impact, its
         impulse follows from that, however the slide before has ended: less friction leads there, too, and leaves the
         reserve unused in the impulse as a whole.
         """
-        return self.friction * (1 - self.reserve) if self.comes_to_rest else self.friction
+        kept = self.reserve if self.in_space else max(self.reserve, STICKING_MARGIN)
+        return self.friction * (1 - kept) if self.comes_to_rest else self.friction
 
     @property
     def sticking_reserve(self) -> float:

@@ -18,14 +18,17 @@ from fesd_robot.contact.freezing import (
 )
 from fesd_robot.contact.joint_friction import with_dry_friction
 from fesd_robot.contact.kinds import FORCE_AT_A_DISTANCE
-from fesd_robot.contact.model import AuxiliaryMultipliers, Contact, ContactOptions, ContactSystem, MultibodyDynamics
+from fesd_robot.contact.model import (
+    STICKING_MARGIN,
+    AuxiliaryMultipliers,
+    Contact,
+    ContactOptions,
+    ContactSystem,
+    MultibodyDynamics,
+)
 from fesd_robot.contact.slip_distance import limit_slip_distances
 from fesd_robot.contact.velocities import velocity_conditions
 from fesd_robot.dcs import ComplementaritySystem
-
-STICKING_MARGIN = 1e-3
-"""Of its friction cone, in space: what a contact that may not slip leaves unused while the clock runs. On the edge of
-the cone mechanics does not say whether it slips, nor where to, and a replay follows every digit that is missing."""
 
 
 def multiplier_contact_system(
