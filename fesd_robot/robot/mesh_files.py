@@ -14,7 +14,7 @@ import numpy as np
 from fesd_robot.errors import RobotError
 from fesd_robot.robot.paths import ros_directories
 
-LARGEST = 500_000_000
+LARGEST = 50_000_000
 """Bytes of a mesh file; a scanned hall has fewer."""
 
 _BEGINNING = 65_536
