@@ -46,7 +46,6 @@ class Task(Section):
         "that name as their surface; default: none.",
     )
     contacts: dict[Name, Contact] = Field(
-        min_length=1,
         description="Name of a contact -> the point or circle of the robot and the surface that it may touch: the "
         "ground, a wall, a box or cylinder, another part of the robot.",
     )
