@@ -25,7 +25,7 @@ from fesd_robot.phases.discretised import Discretised, discretised
 from fesd_robot.phases.idle import idle_slides
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence
-from fesd_robot.phases.start import start_along
+from fesd_robot.phases.start import start_along, start_at_rest
 
 FIXED = NlpSettings(FREE, tolerance=1e-2, violation=1e-5)
 """How an NLP is solved with the durations of the guess, from a point that is no motion: its end is a start, no more."""
@@ -213,7 +213,21 @@ class PhaseSolver:
             below: cost above which durations are not freed; of a motion with given durations it is hardly reached.
         """
         own = self.on_grid(sequence)
-        effort, lengths, w = self.run.effort, own.sequence.durations, own.transcription.problem.start
+        return self._from_start(own, own.transcription.problem.start, below)
+
+    def from_rest(self, sequence: Sequence) -> PhaseMotion | None:
+        """Return the motion of a sequence, from a robot that rests where it begins; None if none is found.
+
+        Args:
+            sequence: with durations that are guessed.
+        """
+        own, first = self.on_grid(sequence), len(self.motion.robot.configuration_names)
+        velocities = slice(first, first + len(self.motion.robot.velocity_names))
+        return self._from_start(own, start_at_rest(own, velocities), np.inf)
+
+    def _from_start(self, own: Discretised, w: np.ndarray, below: float) -> PhaseMotion | None:
+        """Return the motion of a sequence on its grid, from a point that is no motion."""
+        effort, lengths = self.run.effort, own.sequence.durations
         end = self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)
         if end is None:
             return None

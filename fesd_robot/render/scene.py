@@ -24,7 +24,7 @@ TUBE_SIDES = 6
 def view_box(motion: Motion, others: Sequence[np.ndarray], ground: GroundVisual) -> np.ndarray:
     """Return the corners of the box the camera must see, m, shape (2, 3): robot, other points, solids and ground."""
     solids = [solid.corners() for solid in ground.solids.values()]
-    points = [*others, *solids, *([motion.box] if np.isfinite(motion.box).all() else [])]
+    points = [each for each in (*others, *solids, motion.box) if np.isfinite(each).all()]  # not so without any shape
     cloud = np.vstack(points or [np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 1.0]])])
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     levels = ground.levels(low, high)
