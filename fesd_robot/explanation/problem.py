@@ -210,6 +210,8 @@ def _driven(motion: MotionProblem) -> str:
 
 
 def _ground(motion: MotionProblem) -> list[str]:
+    if not motion.task.contacts and not motion.task.constraints:
+        return []
     ground, heights = motion.task.ground, ground_of(motion.task).heights_in_words()
     lines = [f"{ground.in_words()}; {_law(ground)} unless a contact has its own.", *([heights] if heights else [])]
     lines += [f"Wall '{name}' {wall.in_words()}; {_law(wall)}." for name, wall in ground.walls.items()]
@@ -219,6 +221,8 @@ def _ground(motion: MotionProblem) -> list[str]:
 
 
 def _contacts(motion: MotionProblem) -> list[str]:
+    if not motion.task.contacts:
+        return ["None: nothing touches the robot."]
     physics, ends = numeric_physics(motion), motion.endpoints
     start, goal = physics.gaps(ends.initial_configuration), physics.gaps(ends.goal_configuration)
     lines = []
@@ -287,6 +291,11 @@ def _horizon(motion: MotionProblem) -> list[str]:
         f"{_SCHEMES.get(tableau.scheme, tableau.scheme)} with {tableau.stages} stage{'s' * (tableau.stages != 1)}, "
         f"of order {tableau.order} also across switches."
     )
+    if grid.moving and not motion.task.contacts and not motion.dynamics.dry_friction:
+        return [
+            f"{duration} in {grid.intervals} interval{'s' * (grid.intervals != 1)}, equally long.",
+            f"One finite element each, {scheme}",
+        ]
     if grid.moving:
         return [
             f"{duration} in about {grid.intervals} interval{'s' * (grid.intervals != 1)} that move with the contacts: "

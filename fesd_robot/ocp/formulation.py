@@ -328,6 +328,8 @@ def _auxiliary_force(task: Task, robot: Robot) -> float:
     if chosen != "auto":
         return float(chosen)
     weight = pin.computeTotalMass(robot.model) * float(np.linalg.norm(robot.model.gravity.linear))
+    if not task.contacts:
+        return 1.0  # N; nothing pushes with it
     if weight <= 0:
         raise task.error(
             "method.auxiliary_force",

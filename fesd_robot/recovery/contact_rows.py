@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 
-
 IN_THE_PLANE = 2
 """Rows of a contact in the plane, and of the contacts of a motion that has none."""
 

@@ -47,7 +47,7 @@ class Task(Section):
     )
     contacts: dict[Name, Contact] = Field(
         description="Name of a contact -> the point or circle of the robot and the surface that it may touch: the "
-        "ground, a wall, a box or cylinder, another part of the robot.",
+        "ground, a wall, a box or cylinder, another part of the robot; {} for a motion without contact.",
     )
     horizon: Horizon = Field(description="Duration, s, and number of control intervals.")
     postures: dict[Name, Values] = Field(

@@ -60,7 +60,7 @@ def joint_trajectory(plan: Plan, joints: Sequence[str] | None = None, *, effort:
         raise FesdRobotError(f"{plan.name}: its clock steps back or a value is not finite, so it cannot be followed")
     last = np.append(np.diff(ticks) > 0, True)
     _warn(plan, int((~last).sum()))
-    if (end := End.of(plan)).rests:
+    if End.of(plan).rests:
         velocities[-1] = 0.0
     return {
         "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""},
@@ -113,7 +113,8 @@ class End:
             return f"the robot does not end at rest: {moves}"
         if self.speed <= ROUNDED:
             return "the robot ends at rest"
-        return f"the robot ends at rest within the tolerance of its goal ({moves}); the last velocities are written as zero"
+        rest = f"the robot ends at rest within the tolerance of its goal ({moves})"
+        return f"{rest}; the last velocities are written as zero"
 
 
 def _joints_of(plan: Plan) -> dict[str, JointMotion]:
