@@ -5,7 +5,7 @@ from __future__ import annotations
 from fesd_robot.ocp import MotionProblem, standings_of, waypoint_times
 from fesd_robot.orientations import with_angles
 from fesd_robot.robot import deviation_units
-from fesd_robot.task import COST_TERMS, Goal, PointTarget, Task, Waypoint, along_axes, listed
+from fesd_robot.task import COST_TERMS, Goal, PointTarget, Task, Waypoint, along_axes, enumerated, listed
 
 
 def described_points(target: Goal | Waypoint) -> list[str]:
@@ -100,6 +100,7 @@ def described_costs(motion: MotionProblem) -> list[str]:
             default = " (default)" if key in motion.default_costs else ""
             if used or term.default:
                 rows.append(f"  {words}: {listed(used) if used else 'none'}{default}")
+    rows += described_rollings(motion)
     if motion.default_costs:
         scales = motion.scales
         rows.append(
@@ -107,6 +108,20 @@ def described_costs(motion: MotionProblem) -> list[str]:
             f"{scales.force:.3g} N, {scales.force * scales.length:.3g} N m."
         )
     return rows
+
+
+def described_rollings(motion: MotionProblem) -> list[str]:
+    """Return a sentence for everything that rolls, and whose coordinates no default weight holds."""
+    task, lines = motion.task, []
+    if not {"configuration", "terminal_configuration"} & set(motion.default_costs):
+        return []
+    for one in motion.rollings:
+        if free := one.free_in(task.goal):
+            lines.append(
+                f"'{one.contact}' rolls, which ties {enumerated(one.tied)}: no default weight holds them on their way, "
+                f"and {enumerated(free)}, which the goal does not list, nowhere."
+            )
+    return lines
 
 
 def described_constraints(task: Task) -> list[str]:
