@@ -140,7 +140,7 @@ def with_default_costs(
     """Return the task with weights for every term of the cost that has a default and was left out.
 
     What rolls has none on its way where a coordinate that it needs has no goal: the reference slides there, and effort
-    decides how it moves. The height of a jump in place has another one, see `_of_the_apex`.
+    decides how it moves. The height of a jump in place has another one, see `apex_in_place`.
 
     Args:
         task: with the whole configuration of its goal.
@@ -166,12 +166,12 @@ def with_default_costs(
     if goal.periodic is None:
         defaults["terminal_configuration"] = scales.weights(_without(ends, free), TERMINAL_CONFIGURATION)
         defaults["terminal_velocity"] = scales.weights(velocities, TERMINAL_VELOCITY)
-    defaults["configuration"] |= _of_the_apex(task, robot, scales, positions)
+    defaults["configuration"] |= apex_in_place(task, robot, scales)
     missing = {key: weights for key, weights in defaults.items() if getattr(costs, key) is None}
     return task.model_copy(update={"costs": costs.model_copy(update=missing)})
 
 
-def _of_the_apex(task: Task, robot: Robot, scales: RobotScales, units: Mapping[str, str]) -> dict[str, float]:
+def apex_in_place(task: Task, robot: Robot, scales: RobotScales) -> dict[str, float]:
     """Return the weight of the height of a jump in place, name -> cost per square and second, nothing for other tasks.
 
     Nothing but its apex asks such a robot to leave the ground, and a jump takes more effort than the deviation of a
@@ -186,7 +186,7 @@ def _of_the_apex(task: Task, robot: Robot, scales: RobotScales, units: Mapping[s
         return {}
     names = robot.configuration_names
     moved = measured_deviation(names, ends.goal_configuration, ends.initial_configuration)
-    if any(abs(moved[name]) > IN_PLACE * scales.of(unit) for name, unit in units.items()):
+    if any(abs(moved[name]) > IN_PLACE * scales.of(unit) for name, unit in deviation_units(robot).items()):
         return {}
     rise = apex[height] - float(ends.initial_configuration[names.index(height)])
     return {height: float(f"{TERMINAL_CONFIGURATION / rise**2:.3g}")} if rise > IN_PLACE * scales.length else {}
