@@ -279,30 +279,24 @@ def _touching(task: Task, contact: SingleContact) -> tuple[str, str]:
 
 
 def _horizon(motion: MotionProblem) -> list[str]:
-    grid, fesd = motion.grid, motion.fesd
-    length = grid.nominal / grid.intervals
-    duration = f"{grid.nominal:g} s"
+    grid, fesd, tableau = motion.grid, motion.fesd, motion.fesd.tableau
+    length, duration = grid.nominal / grid.intervals, f"{grid.nominal:g} s"
     if grid.free:
         duration = f"{grid.lower:g} to {grid.upper:g} s, first taken as {grid.nominal:g} s,"
     counts = [fesd.elements] if isinstance(fesd.elements, int) else sorted(set(fesd.elements))
     elements = " or ".join(str(count) for count in counts)
-    tableau = fesd.tableau
     scheme = (
         f"{_SCHEMES.get(tableau.scheme, tableau.scheme)} with {tableau.stages} stage{'s' * (tableau.stages != 1)}, "
         f"of order {tableau.order} also across switches."
     )
-    if grid.moving and not motion.task.contacts and not motion.dynamics.dry_friction:
-        return [
-            f"{duration} in {grid.intervals} interval{'s' * (grid.intervals != 1)}, equally long.",
-            f"One finite element each, {scheme}",
-        ]
     if grid.moving:
-        return [
-            f"{duration} in about {grid.intervals} interval{'s' * (grid.intervals != 1)} that move with the contacts: "
-            "as many in a phase, in which no contact changes, as its part of the duration, equally long. When contacts "
-            "change is free, and there controls may change, too.",
-            f"One finite element each, {scheme}",
-        ]
+        moving = (
+            " that move with the contacts: as many in a phase, in which no contact changes, as its part of the "
+            "duration, equally long. When contacts change is free, and there controls may change, too"
+        )
+        about, how = ("about ", moving) if motion.contact_system.system.complementarities else ("", ", equally long")
+        first = f"{duration} in {about}{grid.intervals} interval{'s' * (grid.intervals != 1)}{how}."
+        return [first, f"One finite element each, {scheme}"]
     longest = " or ".join(f"{(1 + fesd.gamma) * length / count:.4g}" for count in counts)
     steps = f"of free length up to {longest} s" if fesd.gamma > 0 else f"of fixed length {longest} s"
     return [

@@ -205,29 +205,17 @@ class PhaseSolver:
         """The sequence on its grid that was asked for before all others that are kept; None if there is none."""
         return next(iter(self._grids.values()), None)
 
-    def from_guess(self, sequence: Sequence, below: float = np.inf) -> PhaseMotion | None:
+    def from_guess(self, sequence: Sequence, below: float = np.inf, *, at_rest: bool = False) -> PhaseMotion | None:
         """Return the motion of a sequence, from the initial guess of the task; None if none is found.
 
         Args:
             sequence: with durations that are guessed.
             below: cost above which durations are not freed; of a motion with given durations it is hardly reached.
+            at_rest: whether it begins with a robot that rests where the guess begins.
         """
         own = self.on_grid(sequence)
-        return self._from_start(own, own.transcription.problem.start, below)
-
-    def from_rest(self, sequence: Sequence) -> PhaseMotion | None:
-        """Return the motion of a sequence, from a robot that rests where it begins; None if none is found.
-
-        Args:
-            sequence: with durations that are guessed.
-        """
-        own, first = self.on_grid(sequence), len(self.motion.robot.configuration_names)
-        velocities = slice(first, first + len(self.motion.robot.velocity_names))
-        return self._from_start(own, start_at_rest(own, velocities), np.inf)
-
-    def _from_start(self, own: Discretised, w: np.ndarray, below: float) -> PhaseMotion | None:
-        """Return the motion of a sequence on its grid, from a point that is no motion."""
         effort, lengths = self.run.effort, own.sequence.durations
+        w = start_at_rest(own, self.motion.robot) if at_rest else own.transcription.problem.start
         end = self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)
         if end is None:
             return None

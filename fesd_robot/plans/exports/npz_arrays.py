@@ -28,7 +28,7 @@ def npz_arrays(plan: Plan) -> bytes:
     controls = {name: values for name, values in plan.controls.items() if name != "time"}  # none of a body let go
     contacts, samples = plan.contacts.values(), len(trajectory.time)
     across = [one.lateral_force for one in plan.contacts.values() if one.lateral_force is not None]
-    arrays = {
+    arrays: dict[str, Any] = {
         "time": trajectory.time,
         "configuration": np.column_stack(list(trajectory.configuration.values())),
         "velocity": np.column_stack(list(trajectory.velocity.values())),
