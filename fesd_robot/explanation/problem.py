@@ -20,7 +20,7 @@ from fesd_robot.explanation.descriptions import (
     described_waypoints,
 )
 from fesd_robot.explanation.space import described_space
-from fesd_robot.explanation.table import aligned
+from fesd_robot.explanation.table import indented
 from fesd_robot.explanation.warnings import reference_gaps, task_warnings
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import TOUCHING, MotionProblem, ground_of, homotopy_options, numeric_physics
@@ -125,8 +125,8 @@ def _robot(motion: MotionProblem) -> list[str]:
         first,
         *_reduction(task.robot),
         *_bodies(motion),
-        *_table(rows),
-        *_table(velocity_rows),
+        *indented(rows),
+        *indented(velocity_rows),
         *armature,
         *_damping(robot),
         *_springs(robot),
@@ -192,7 +192,7 @@ def _controls(motion: MotionProblem) -> list[str]:
         pace = ""
     return [
         f"{count} control{'s' * (count != 1)}, constant on every interval{pace}:",
-        *_table(rows),
+        *indented(rows),
         _driven(motion),
     ]
 
@@ -289,18 +289,20 @@ def _horizon(motion: MotionProblem) -> list[str]:
         f"{_SCHEMES.get(tableau.scheme, tableau.scheme)} with {tableau.stages} stage{'s' * (tableau.stages != 1)}, "
         f"of order {tableau.order} also across switches."
     )
+    intervals = f"{grid.intervals} interval{'s' * (grid.intervals != 1)}"
     if grid.moving:
-        moving = (
-            " that move with the contacts: as many in a phase, in which no contact changes, as its part of the "
-            "duration, equally long. When contacts change is free, and there controls may change, too"
-        )
-        about, how = ("about ", moving) if motion.contact_system.system.complementarities else ("", ", equally long")
-        first = f"{duration} in {about}{grid.intervals} interval{'s' * (grid.intervals != 1)}{how}."
+        first = f"{duration} in {intervals}, equally long."
+        if motion.contact_system.system.complementarities:
+            first = (
+                f"{duration} in about {intervals} that move with the contacts: as many in a phase, in which no contact "
+                "changes, as its part of the duration, equally long. When contacts change is free, and there controls "
+                "may change, too."
+            )
         return [first, f"One finite element each, {scheme}"]
     longest = " or ".join(f"{(1 + fesd.gamma) * length / count:.4g}" for count in counts)
     steps = f"of free length up to {longest} s" if fesd.gamma > 0 else f"of fixed length {longest} s"
     return [
-        f"{duration} in {grid.intervals} interval{'s' * (grid.intervals != 1)} of {length:.4g} s; "
+        f"{duration} in {intervals} of {length:.4g} s; "
         f"{elements} finite element{'s' * (counts != [1])} each, {steps} (numerical time).",
         scheme,
         *[capacity(count) for count in counts],
@@ -396,8 +398,3 @@ def _gap(gap: float, where: str) -> str:
 
 def _interval(lower: float, upper: float) -> str:
     return "none" if np.isinf(lower) and np.isinf(upper) else f"[{lower:.4g}, {upper:.4g}]"
-
-
-def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the rows with their columns aligned, indented by two."""
-    return ["  " + row for row in aligned(rows)]

@@ -197,8 +197,7 @@ class PhaseSolver:
     @property
     def over(self) -> bool:
         """Whether the user ended the last NLP, or no time is left."""
-        interrupted = bool(self.reports) and self.reports[-1].status is NlpStatus.INTERRUPTED
-        return interrupted or self.run.deadline.left <= 0
+        return self.run.deadline.left <= 0 or any(one.status is NlpStatus.INTERRUPTED for one in self.reports[-1:])
 
     @property
     def first(self) -> Discretised | None:
@@ -211,13 +210,12 @@ class PhaseSolver:
         Args:
             sequence: with durations that are guessed.
             below: cost above which durations are not freed; of a motion with given durations it is hardly reached.
-            at_rest: whether it begins with a robot that rests where the guess begins.
+            at_rest: whether from a robot that rests where that begins.
         """
-        own = self.on_grid(sequence)
-        effort, lengths = self.run.effort, own.sequence.durations
+        own, effort = self.on_grid(sequence), self.run.effort
         w = start_at_rest(own, self.motion.robot) if at_rest else own.transcription.problem.start
-        end = self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)
-        if end is None:
+        lengths = own.sequence.durations
+        if (end := self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)) is None:
             return None
         if end.residuals.constraint_violation <= ROUGH_VIOLATION and not end.status.converged:
             end = self._end(own, end.w, lengths, lengths, NEARLY_FIXED, effort.guess_iterations) or end
