@@ -188,6 +188,7 @@ def exported(
     kind: str,
     *,
     joints: Sequence[str] | None = None,
+    effort: bool = False,
     suffix: str = "",
     rate: float | None = None,
 ) -> bytes:
@@ -197,7 +198,7 @@ def exported(
     robot cannot be read any more leave it out with a warning.
 
     Args:
-        plan, joints, suffix: as there.
+        plan, joints, effort, suffix: as there.
         kind: name of the format.
         rate: samples a second, Hz, from the polynomials of the finite elements; default: the samples of the plan.
 
@@ -206,7 +207,7 @@ def exported(
             consists of these joints or one with the model.
         FesdRobotError: the plan cannot be written in this format, or not at this rate.
     """
-    chosen = export_format(kind, joints)
+    chosen = export_format(kind, joints, effort)
     if chosen.gains:
         from fesd_robot.tracking import with_gains  # formulating is slow
 
@@ -215,7 +216,7 @@ def exported(
         return export(with_gains(plan), chosen.name, suffix=suffix)
     if rate is not None or chosen.model:
         plan, motion = _on_model(plan, rate, chosen.model)
-        return export(plan, chosen.name, joints=joints, suffix=suffix, motion=motion)
+        return export(plan, chosen.name, joints=joints, effort=effort, suffix=suffix, motion=motion)
     if plan.full_model is None:
         try:
             plan = _on_model(plan)[0]
@@ -223,7 +224,7 @@ def exported(
             if chosen.joints:
                 raise
             logger.warning("the columns of all joints of the model file are left out: %s", error)
-    return export(plan, chosen.name, joints=joints, suffix=suffix)
+    return export(plan, chosen.name, joints=joints, effort=effort, suffix=suffix)
 
 
 def _on_model(plan: Plan, rate: float | None = None, states: bool = False) -> tuple[Plan, ModelMotion | None]:
@@ -255,6 +256,7 @@ def export_plan(
     kind: str | None = None,
     *,
     joints: Sequence[str] | None = None,
+    effort: bool = False,
     rate: float | None = None,
 ) -> Path:
     """Write the trajectory of a plan into a file for another program.
@@ -266,6 +268,8 @@ def export_plan(
             ``joint-trajectory``, ``parquet``, ``mcap``, ``mujoco``, ``drake``, ``pinocchio`` or ``gains``. Default: the
             first one for the ending of the file.
         joints: names of the joints, for a format that lets one choose; default: all it can hold.
+        effort: whether such a format has the efforts of the joints, which ROS 2's joint_trajectory_controller refuses
+            where it commands no effort interface.
         rate: samples a second, Hz, from the polynomials of the finite elements; impacts have two samples, and the end
             has one. Default: the samples of the plan, the stages of its elements.
 
@@ -273,15 +277,15 @@ def export_plan(
         the file.
 
     Raises:
-        PlanFileError: no such format, joints for a format that holds all of them, a rate that is none or of a plan
-            without its finite elements, or the file cannot be written.
+        PlanFileError: no such format, joints or efforts for a format without a choice of them, a rate that is none or
+            of a plan without its finite elements, or the file cannot be written.
         TaskError: the joints of a plan of an earlier version, whose task names a file that cannot be read any more.
     """
     path = Path(file)
     if path.is_dir():
         raise PlanFileError(f"{path}: is a folder, expected the name of a file")
-    chosen = format_of_suffix(path) if kind is None else export_format(kind, joints)
-    content = exported(plan, chosen.name, joints=joints, suffix=path.suffix, rate=rate)
+    chosen = format_of_suffix(path) if kind is None else export_format(kind, joints, effort)
+    content = exported(plan, chosen.name, joints=joints, effort=effort, suffix=path.suffix, rate=rate)
     try:
         return write_atomically(path, content)
     except OSError as error:

@@ -120,7 +120,7 @@ def main() -> None:
                 ends = np.array([[own[-1] for own in plan.trajectory.configuration.values()] for plan in plans])
                 errors = [error for plan in plans for error in impact_errors(plan, body)]
                 energy = max(plan.audit.max_energy_error for plan in plans)
-                gap = min(plan.audit.min_gap for plan in plans)
+                gap = min(plan.audit.min_gap or 0.0 for plan in plans)
                 apart, off = float(np.ptp(ends, axis=0).max()), max(errors, default=0.0)
                 good = [gap >= -1e-9 and energy <= 1e-8 and off <= 1e-9 and apart <= 1e-8] * len(plans)
                 passed += sum(good)

@@ -43,6 +43,7 @@ SLOW = {
     "test_actions.py",
     "test_distance_plan.py",
     "test_mujoco_robots.py",
+    "test_no_contact.py",
     "test_orientation_plan.py",
     "test_plan_in_space.py",
     "test_plan_on_hills.py",

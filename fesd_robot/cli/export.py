@@ -57,6 +57,15 @@ def export(
             show_default=False,
         ),
     ] = None,
+    effort: Annotated[
+        bool,
+        typer.Option(
+            "--effort",
+            help="Write the efforts of a joint-trajectory, too. Default: none, for ROS 2's joint_trajectory_controller "
+            "refuses them where it commands no effort interface.",
+            show_default=False,
+        ),
+    ] = False,
     rate: Annotated[
         float | None,
         typer.Option(
@@ -74,10 +83,11 @@ def export(
     from fesd_robot.plans import read_plan
     from fesd_robot.plans.exports import export_format
 
-    chosen, loaded = export_format(kind, joints or None), read_plan(plan)
+    joints = joints or None
+    chosen, loaded = export_format(kind, joints, effort), read_plan(plan)
     with task_in(plan):
         if str(out) == "-":
-            sys.stdout.buffer.write(exported(loaded, kind, joints=joints or None, rate=rate))
+            sys.stdout.buffer.write(exported(loaded, kind, joints=joints, effort=effort, rate=rate))
             return
         path = (plan if plan.is_dir() else plan.parent) / chosen.file if out is None else out
-        typer.echo(f"written to {export_plan(loaded, path, kind, joints=joints or None, rate=rate)}")
+        typer.echo(f"written to {export_plan(loaded, path, kind, joints=joints, effort=effort, rate=rate)}")

@@ -127,10 +127,12 @@ def freezing_dynamics(
 def free_flow_multiplier(complements: Sequence[ca.SX]) -> tuple[ca.SX, list[tuple[str, ca.SX, ca.SX]]]:
     """Return theta_ODE = prod_c (1 - beta_c), with its partial products as lifted (name, symbol, definition).
 
+    Without contacts it is one.
+
     Args:
         complements: 1 - beta of every contact.
     """
-    product, lifted = complements[0], []
+    product, lifted = complements[0] if complements else ca.SX(1), list[tuple[str, ca.SX, ca.SX]]()
     for i, complement in enumerate(complements[1:], start=2):
         symbol = ca.SX.sym(f"theta_ode{i}")
         lifted.append((f"theta_ODE of {i} contacts", symbol, product * complement))

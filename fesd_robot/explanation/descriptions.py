@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from fesd_robot.ocp import MotionProblem, standings_of, waypoint_times
-from fesd_robot.orientations import with_angles
+from fesd_robot.ocp import MotionProblem, apex_in_place, standings_of, waypoint_times
+from fesd_robot.orientations import lists, with_angles
 from fesd_robot.robot import deviation_units
-from fesd_robot.task import COST_TERMS, Goal, PointTarget, Task, Waypoint, along_axes, listed
+from fesd_robot.task import COST_TERMS, Goal, PointTarget, Task, Waypoint, along_axes, enumerated, listed
 
 
 def described_points(target: Goal | Waypoint) -> list[str]:
@@ -100,6 +100,7 @@ def described_costs(motion: MotionProblem) -> list[str]:
             default = " (default)" if key in motion.default_costs else ""
             if used or term.default:
                 rows.append(f"  {words}: {listed(used) if used else 'none'}{default}")
+    rows += [*_held_at_the_end(motion), *_rollings(motion), *_apex(motion)]
     if motion.default_costs:
         scales = motion.scales
         rows.append(
@@ -107,6 +108,39 @@ def described_costs(motion: MotionProblem) -> list[str]:
             f"{scales.force:.3g} N, {scales.force * scales.length:.3g} N m."
         )
     return rows
+
+
+def _held_at_the_end(motion: MotionProblem) -> list[str]:
+    """Say what the default weights hold at the end although the goal does not list it."""
+    goal, weights = motion.task.goal, motion.task.costs.terminal_configuration or {}
+    held = [name for name, weight in weights.items() if weight and not lists(goal.configuration, name)]
+    if "terminal_configuration" not in motion.default_costs or not held:
+        return []
+    return [f"Default weights ask for what the goal does not list to end where it began: {enumerated(held)}."]
+
+
+def _apex(motion: MotionProblem) -> list[str]:
+    """Say that the apex of a jump in place is a goal, where the default weights say so."""
+    if "configuration" not in motion.default_costs:
+        return []
+    return [
+        f"The jump ends where it begins, so nothing but its apex asks for it: that of {name} counts as a goal does."
+        for name in apex_in_place(motion.task, motion.robot, motion.scales)
+    ]
+
+
+def _rollings(motion: MotionProblem) -> list[str]:
+    """Return a sentence for everything that rolls, and whose coordinates no default weight holds."""
+    task, lines = motion.task, []
+    if not {"configuration", "terminal_configuration"} & set(motion.default_costs):
+        return []
+    for one in motion.rollings:
+        if free := one.free_in(task.goal):
+            lines.append(
+                f"'{one.contact}' rolls, which ties {enumerated(one.tied)}: no default weight holds them on their way, "
+                f"and {enumerated(free)}, which the goal does not list, nowhere."
+            )
+    return lines
 
 
 def described_constraints(task: Task) -> list[str]:

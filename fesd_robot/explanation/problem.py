@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import pinocchio as pin
@@ -20,7 +20,7 @@ from fesd_robot.explanation.descriptions import (
     described_waypoints,
 )
 from fesd_robot.explanation.space import described_space
-from fesd_robot.explanation.table import aligned
+from fesd_robot.explanation.table import indented
 from fesd_robot.explanation.warnings import reference_gaps, task_warnings
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import TOUCHING, MotionProblem, ground_of, homotopy_options, numeric_physics
@@ -125,8 +125,8 @@ def _robot(motion: MotionProblem) -> list[str]:
         first,
         *_reduction(task.robot),
         *_bodies(motion),
-        *_table(rows),
-        *_table(velocity_rows),
+        *indented(rows),
+        *indented(velocity_rows),
         *armature,
         *_damping(robot),
         *_springs(robot),
@@ -192,7 +192,7 @@ def _controls(motion: MotionProblem) -> list[str]:
         pace = ""
     return [
         f"{count} control{'s' * (count != 1)}, constant on every interval{pace}:",
-        *_table(rows),
+        *indented(rows),
         _driven(motion),
     ]
 
@@ -210,6 +210,8 @@ def _driven(motion: MotionProblem) -> str:
 
 
 def _ground(motion: MotionProblem) -> list[str]:
+    if not motion.task.contacts and not motion.task.constraints:
+        return []
     ground, heights = motion.task.ground, ground_of(motion.task).heights_in_words()
     lines = [f"{ground.in_words()}; {_law(ground)} unless a contact has its own.", *([heights] if heights else [])]
     lines += [f"Wall '{name}' {wall.in_words()}; {_law(wall)}." for name, wall in ground.walls.items()]
@@ -219,6 +221,8 @@ def _ground(motion: MotionProblem) -> list[str]:
 
 
 def _contacts(motion: MotionProblem) -> list[str]:
+    if not motion.task.contacts:
+        return ["None: nothing touches the robot."]
     physics, ends = numeric_physics(motion), motion.endpoints
     start, goal = physics.gaps(ends.initial_configuration), physics.gaps(ends.goal_configuration)
     lines = []
@@ -275,29 +279,30 @@ def _touching(task: Task, contact: SingleContact) -> tuple[str, str]:
 
 
 def _horizon(motion: MotionProblem) -> list[str]:
-    grid, fesd = motion.grid, motion.fesd
-    length = grid.nominal / grid.intervals
-    duration = f"{grid.nominal:g} s"
+    grid, fesd, tableau = motion.grid, motion.fesd, motion.fesd.tableau
+    length, duration = grid.nominal / grid.intervals, f"{grid.nominal:g} s"
     if grid.free:
         duration = f"{grid.lower:g} to {grid.upper:g} s, first taken as {grid.nominal:g} s,"
     counts = [fesd.elements] if isinstance(fesd.elements, int) else sorted(set(fesd.elements))
     elements = " or ".join(str(count) for count in counts)
-    tableau = fesd.tableau
     scheme = (
         f"{_SCHEMES.get(tableau.scheme, tableau.scheme)} with {tableau.stages} stage{'s' * (tableau.stages != 1)}, "
         f"of order {tableau.order} also across switches."
     )
+    intervals = f"{grid.intervals} interval{'s' * (grid.intervals != 1)}"
     if grid.moving:
-        return [
-            f"{duration} in about {grid.intervals} interval{'s' * (grid.intervals != 1)} that move with the contacts: "
-            "as many in a phase, in which no contact changes, as its part of the duration, equally long. When contacts "
-            "change is free, and there controls may change, too.",
-            f"One finite element each, {scheme}",
-        ]
+        first = f"{duration} in {intervals}, equally long."
+        if motion.contact_system.system.complementarities:
+            first = (
+                f"{duration} in about {intervals} that move with the contacts: as many in a phase, in which no contact "
+                "changes, as its part of the duration, equally long. When contacts change is free, and there controls "
+                "may change, too."
+            )
+        return [first, f"One finite element each, {scheme}"]
     longest = " or ".join(f"{(1 + fesd.gamma) * length / count:.4g}" for count in counts)
     steps = f"of free length up to {longest} s" if fesd.gamma > 0 else f"of fixed length {longest} s"
     return [
-        f"{duration} in {grid.intervals} interval{'s' * (grid.intervals != 1)} of {length:.4g} s; "
+        f"{duration} in {intervals} of {length:.4g} s; "
         f"{elements} finite element{'s' * (counts != [1])} each, {steps} (numerical time).",
         scheme,
         *[capacity(count) for count in counts],
@@ -393,8 +398,3 @@ def _gap(gap: float, where: str) -> str:
 
 def _interval(lower: float, upper: float) -> str:
     return "none" if np.isinf(lower) and np.isinf(upper) else f"[{lower:.4g}, {upper:.4g}]"
-
-
-def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the rows with their columns aligned, indented by two."""
-    return ["  " + row for row in aligned(rows)]

@@ -15,6 +15,7 @@ __all__ = [
     "Setup",
     "StateLimits",
     "TimeGrid",
+    "apex_in_place",
     "assembled_plan",
     "build_actuation",
     "columns_of_csv",
@@ -53,6 +54,7 @@ __all__ = [
 if TYPE_CHECKING:
     from fesd_robot.ocp.actuation import Actuation, build_actuation
     from fesd_robot.ocp.assembled import assembled_plan, model_motion_of, with_full_model, with_gaps
+    from fesd_robot.ocp.default_costs import apex_in_place
     from fesd_robot.ocp.default_tolerances import with_default_tolerances
     from fesd_robot.ocp.determinacy import DeterminacyConstraint
     from fesd_robot.ocp.formulation import AUTOMATIC_AUXILIARY_FORCE, MotionProblem, formulate
@@ -91,6 +93,7 @@ else:
                 "physical_motion",
                 "with_hard_goal",
             ],
+            "fesd_robot.ocp.default_costs": ["apex_in_place"],
             "fesd_robot.ocp.default_tolerances": ["with_default_tolerances"],
             "fesd_robot.ocp.reference_file": ["columns_of_csv", "is_plan"],
             "fesd_robot.ocp.reference_types": ["reference_of"],

@@ -25,7 +25,7 @@ from fesd_robot.plans import (
     joint_friction_of,
     joint_switches_of,
 )
-from fesd_robot.recovery import FullModel, ModelMotion, NumericPhysics, PhysicalMotion
+from fesd_robot.recovery import IN_THE_PLANE, FullModel, ModelMotion, NumericPhysics, PhysicalMotion
 from fesd_robot.recovery.model_motion import model_motion
 from fesd_robot.robot import (
     Robot,
@@ -157,7 +157,9 @@ def _samples(plan: Plan, motion: MotionProblem) -> list[tuple[np.ndarray, ...]]:
     """Return q, v, u and f, (n_c, rows), of every sample of a plan."""
     trajectory, interval, robot = plan.trajectory, control_interval(plan), motion.robot
     contacts = [plan.contacts[contact.name] for contact in motion.contacts]
-    forces = np.stack([contact.force for contact in contacts], axis=1)
+    forces = np.zeros((len(interval), 0, IN_THE_PLANE))
+    if contacts:
+        forces = np.stack([contact.force for contact in contacts], axis=1)
     return list(
         zip(
             np.column_stack([trajectory.configuration[name] for name in robot.configuration_names]),

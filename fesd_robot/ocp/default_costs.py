@@ -5,16 +5,18 @@ They come from the model alone: neither where the robot happens to be nor the ti
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
 from fesd_robot.ocp.actuation import Actuation
+from fesd_robot.ocp.rolling import Rolling
+from fesd_robot.ocp.vectors import endpoints_of
 from fesd_robot.orientations import deviation_names
-from fesd_robot.robot import Robot, deviation_units, velocity_units
-from fesd_robot.task import CircleBoxContact, CircleCircleContact, CircleContact, SingleContact, Task
+from fesd_robot.robot import Robot, deviation_units, measured_deviation, root_height, velocity_units
+from fesd_robot.task import CircleBoxContact, CircleCircleContact, CircleContact, Jumps, SingleContact, Task
 
 CONFIGURATION, VELOCITY, CONTROL, SLIPPING = 10.0, 0.1, 1.0, 10.0
 """What a deviation of one unit of `RobotScales` costs per second; for slipping: one such work."""
@@ -27,6 +29,9 @@ POSTURES = ("standing", "half_sitting", "home")
 
 TERMINAL_CONFIGURATION, TERMINAL_VELOCITY = 100.0, 1.0
 """What a distance of one unit of `RobotScales` from the goal costs at the end."""
+
+IN_PLACE = 0.05
+"""Units of `RobotScales` by which no coordinate of a jump in place ends elsewhere, and its apex is at least higher."""
 
 
 @dataclass(frozen=True)
@@ -129,27 +134,63 @@ def _points(contact: SingleContact) -> Sequence[tuple[str, float]]:
     return [(contact.touching_frame, contact.radius if isinstance(contact, CircleContact) else 0.0)]
 
 
-def with_default_costs(task: Task, robot: Robot, actuation: Actuation, scales: RobotScales) -> Task:
+def with_default_costs(
+    task: Task, robot: Robot, actuation: Actuation, scales: RobotScales, rollings: Sequence[Rolling] = ()
+) -> Task:
     """Return the task with weights for every term of the cost that has a default and was left out.
+
+    What rolls has none on its way where a coordinate that it needs has no goal: the reference slides there, and effort
+    decides how it moves. The height of a jump in place has another one, see `apex_in_place`.
 
     Args:
         task: with the whole configuration of its goal.
         actuation: names and units of the controls.
         scales: units of the robot, in which deviations are counted.
+        rollings: what rolls.
     """
     costs, goal = task.costs, task.goal
+    free = {name for one in rollings for name in one.free_in(goal)}
+    following = [one for one in rollings if one.free_in(goal)]
+    on_the_way = {name for one in following for name in one.tied}
+    rates = {name for one in following for name in one.rates}
     positions, velocities = deviation_units(robot), velocity_units(robot)
     ends = {name: positions[name] for name in deviation_names(goal.configuration)} if goal.has_points else positions
     work = scales.force * scales.length
     controls = dict(zip(actuation.names, actuation.units, strict=True))
     defaults = {
-        "configuration": scales.weights(positions, CONFIGURATION),
-        "velocity": scales.weights(velocities, VELOCITY),
+        "configuration": scales.weights(_without(positions, on_the_way), CONFIGURATION),
+        "velocity": scales.weights(_without(velocities, rates), VELOCITY),
         "control": scales.weights(controls, CONTROL),
         "slipping": dict.fromkeys(task.contacts, float(f"{SLIPPING / work:.3g}")),
     }
     if goal.periodic is None:
-        defaults["terminal_configuration"] = scales.weights(ends, TERMINAL_CONFIGURATION)
+        defaults["terminal_configuration"] = scales.weights(_without(ends, free), TERMINAL_CONFIGURATION)
         defaults["terminal_velocity"] = scales.weights(velocities, TERMINAL_VELOCITY)
+    defaults["configuration"] |= apex_in_place(task, robot, scales)
     missing = {key: weights for key, weights in defaults.items() if getattr(costs, key) is None}
     return task.model_copy(update={"costs": costs.model_copy(update=missing)})
+
+
+def apex_in_place(task: Task, robot: Robot, scales: RobotScales) -> dict[str, float]:
+    """Return the weight of the height of a jump in place, name -> cost per square and second, nothing for other tasks.
+
+    Nothing but its apex asks such a robot to leave the ground, and a jump takes more effort than the deviation of a
+    robot that stands costs by its own size. So the apex is a goal: to miss it by all of its height costs as much a
+    second as to miss a goal by the robot's size.
+    """
+    if not isinstance(task.reference, Jumps) or task.goal.periodic is not None:
+        return {}
+    apex, ends = task.reference.apex, endpoints_of(task, robot)
+    height = root_height(list(apex))
+    if height is None:
+        return {}
+    names = robot.configuration_names
+    moved = measured_deviation(names, ends.goal_configuration, ends.initial_configuration)
+    if any(abs(moved[name]) > IN_PLACE * scales.of(unit) for name, unit in deviation_units(robot).items()):
+        return {}
+    rise = apex[height] - float(ends.initial_configuration[names.index(height)])
+    return {height: float(f"{TERMINAL_CONFIGURATION / rise**2:.3g}")} if rise > IN_PLACE * scales.length else {}
+
+
+def _without(units: Mapping[str, str], names: Set[str]) -> dict[str, str]:
+    return {name: unit for name, unit in units.items() if name not in names}

@@ -19,7 +19,7 @@ from fesd_robot.ocp.checks import check_forces, check_inertia, check_pace, check
 from fesd_robot.ocp.constants import Constants, constant_values
 from fesd_robot.ocp.constraints import add_forbidden_zones, with_swing_speeds
 from fesd_robot.ocp.contact_places import names_of_places, with_names_of_places
-from fesd_robot.ocp.default_costs import RobotScales, scales_of, with_default_costs
+from fesd_robot.ocp.default_costs import RobotScales, reference_posture, scales_of, with_default_costs
 from fesd_robot.ocp.default_tolerances import with_default_tolerances
 from fesd_robot.ocp.guess import guess_of
 from fesd_robot.ocp.parts import ProblemParts
@@ -28,6 +28,7 @@ from fesd_robot.ocp.problem import ocp_numbers, optimal_control_problem
 from fesd_robot.ocp.reference_motion import ReferenceMotion
 from fesd_robot.ocp.reference_spline import ReferenceSpline, window_size
 from fesd_robot.ocp.reference_types import reference_of
+from fesd_robot.ocp.rolling import Rolling, rollings_of
 from fesd_robot.ocp.setup import Setup, gap_function
 from fesd_robot.ocp.standing import with_configurations
 from fesd_robot.ocp.start import check_above_ground, closed_at_start, touching_at_start
@@ -55,6 +56,7 @@ class MotionProblem:
             goal, and the weights that it leaves out.
         default_costs: keys of `costs` whose weights it left out.
         scales: units of the robot, in which these count.
+        rollings: what rolls, whose coordinates have no default weights where they have to follow others.
     """
 
     setup: Setup
@@ -62,6 +64,7 @@ class MotionProblem:
     task: Task
     default_costs: tuple[str, ...]
     scales: RobotScales
+    rollings: Sequence[Rolling]
     ocp: OptimalControlProblem
     fesd: FesdOptions
 
@@ -148,7 +151,8 @@ class MotionProblem:
         asked = with_names_of_places(task, names_of_places(setup.asked, setup.task))
         task = self.task.model_copy(update={key: getattr(asked, key) for key in NUMBERS})
         task = with_configurations(task, robot, setup.contacts, self.dynamics.configuration)
-        task = with_default_costs(with_default_tolerances(task, robot, limits), robot, self.actuation, self.scales)
+        task = with_default_tolerances(task, robot, limits)
+        task = with_default_costs(task, robot, self.actuation, self.scales, self.rollings)
         endpoints = endpoints_of(task, robot)
         check_above_ground(task, parts.gap, endpoints)
         if task.goal.periodic is None:
@@ -248,7 +252,8 @@ def formulate(task: Task, *, driven: bool = True, steps: StepOptions = StepOptio
     grid = time_grid(task)
     scales = scales_of(task, robot)
     default_costs = tuple(key for key in COST_TERMS if getattr(task.costs, key) is None)
-    task = with_swing_speeds(with_default_costs(task, robot, actuation, scales), scales)
+    rollings = rollings_of(task, robot, setup.scene, reference_posture(robot), limits)
+    task = with_swing_speeds(with_default_costs(task, robot, actuation, scales, rollings), scales)
     endpoints = endpoints_of(task, robot)
     check_above_ground(task, gap_function(dynamics, contacts), endpoints)
     if task.goal.periodic is None:
@@ -314,6 +319,7 @@ def formulate(task: Task, *, driven: bool = True, steps: StepOptions = StepOptio
         task=task,
         default_costs=default_costs,
         scales=scales,
+        rollings=rollings,
         ocp=ocp,
         fesd=options,
     )
@@ -328,6 +334,8 @@ def _auxiliary_force(task: Task, robot: Robot) -> float:
     if chosen != "auto":
         return float(chosen)
     weight = pin.computeTotalMass(robot.model) * float(np.linalg.norm(robot.model.gravity.linear))
+    if not task.contacts:
+        return 1.0  # N; nothing pushes with it
     if weight <= 0:
         raise task.error(
             "method.auxiliary_force",

@@ -67,15 +67,21 @@ def closed_at_start(contacts: Sequence[Contact], dynamics: MultibodyDynamics, en
 
 
 def check_above_ground(task: Task, gap: ca.Function, endpoints: Endpoints) -> None:
+    """Raise if a contact is beyond its surface at the start or the goal.
+
+    Raises:
+        TaskError: at the configuration, with the contact that is deepest.
+    """
+    names = list(task.contacts)
     for key, configuration in (
         ("initial", endpoints.initial_configuration),
         ("goal", endpoints.goal_configuration),
     ):
         gaps = np.asarray(gap(configuration)).ravel()
-        worst = int(np.argmin(gaps))
-        if gaps[worst] < -TOUCHING:
-            name = list(task.contacts)[worst]
-            raise task.error((key, "configuration"), _overlap(task, name, -gaps[worst]))
+        gap_of = dict(zip(names, gaps.tolist(), strict=True))
+        deepest = min(names, key=lambda name: gap_of[name], default=None)
+        if deepest is not None and gap_of[deepest] < -TOUCHING:
+            raise task.error((key, "configuration"), _overlap(task, deepest, -gap_of[deepest]))
 
 
 def _overlap(task: Task, name: str, depth: float) -> str:

@@ -21,6 +21,9 @@ from fesd_robot.running import Cores, Lookahead, SearchEffort
 OVERHEAD = 10_000
 """What an iteration takes beside the nonzeros, with its part of what an NLP takes before the first one."""
 
+MUCH_DEARER = 2.0
+"""Times as much as before a motion costs on elements half as long, from which it is looked for from the guess, too."""
+
 
 @dataclass(frozen=True)
 class Tried:
@@ -128,7 +131,10 @@ class SequenceSearch:
         self.solver.parts *= 2
         along = best.along
         sequence = sequence_of(along)
-        found = self.solver.from_known(sequence, along) or self.solver.from_guess(sequence)
+        found = self.solver.from_known(sequence, along)
+        if found is None or found.cost > MUCH_DEARER * best.cost:  # what is that far away is another motion
+            again = self.solver.from_guess(best.own.sequence)
+            found = min((one for one in (found, again) if one), key=lambda one: one.cost, default=None)
         if found is None:
             self.solver.parts //= 2
             return

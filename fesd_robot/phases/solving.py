@@ -25,7 +25,7 @@ from fesd_robot.phases.discretised import Discretised, discretised
 from fesd_robot.phases.idle import idle_slides
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence
-from fesd_robot.phases.start import start_along
+from fesd_robot.phases.start import start_along, start_at_rest
 
 FIXED = NlpSettings(FREE, tolerance=1e-2, violation=1e-5)
 """How an NLP is solved with the durations of the guess, from a point that is no motion: its end is a start, no more."""
@@ -197,25 +197,25 @@ class PhaseSolver:
     @property
     def over(self) -> bool:
         """Whether the user ended the last NLP, or no time is left."""
-        interrupted = bool(self.reports) and self.reports[-1].status is NlpStatus.INTERRUPTED
-        return interrupted or self.run.deadline.left <= 0
+        return self.run.deadline.left <= 0 or any(one.status is NlpStatus.INTERRUPTED for one in self.reports[-1:])
 
     @property
     def first(self) -> Discretised | None:
         """The sequence on its grid that was asked for before all others that are kept; None if there is none."""
         return next(iter(self._grids.values()), None)
 
-    def from_guess(self, sequence: Sequence, below: float = np.inf) -> PhaseMotion | None:
+    def from_guess(self, sequence: Sequence, below: float = np.inf, *, at_rest: bool = False) -> PhaseMotion | None:
         """Return the motion of a sequence, from the initial guess of the task; None if none is found.
 
         Args:
             sequence: with durations that are guessed.
             below: cost above which durations are not freed; of a motion with given durations it is hardly reached.
+            at_rest: whether from a robot that rests where that begins.
         """
-        own = self.on_grid(sequence)
-        effort, lengths, w = self.run.effort, own.sequence.durations, own.transcription.problem.start
-        end = self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)
-        if end is None:
+        own, effort = self.on_grid(sequence), self.run.effort
+        w = start_at_rest(own, self.motion.robot) if at_rest else own.transcription.problem.start
+        lengths = own.sequence.durations
+        if (end := self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)) is None:
             return None
         if end.residuals.constraint_violation <= ROUGH_VIOLATION and not end.status.converged:
             end = self._end(own, end.w, lengths, lengths, NEARLY_FIXED, effort.guess_iterations) or end

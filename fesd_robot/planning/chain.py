@@ -230,6 +230,10 @@ class Chain:
         if search.best is None:
             check_time()
             search.guesses(hops(motion), "hops")
+        if search.best is None and not motion.ocp.system.complementarities and not solver.over:
+            # There is one sequence, and nothing but another start leads to its motion.
+            for sequence in guessed_sequences(motion):
+                search.note("start at rest", sequence, solver.from_guess(sequence, at_rest=True))
         if search.best is None and not solver.over:
             self._from_uniform(search, motion)
         if search.best and _is_gross(search.best):

@@ -75,7 +75,7 @@ def audit(
     energies = _Energies(motion, physics)
     states, modes, stages = motion.states, ModeForces(motion, physics, names), StageForces(motion, physics, names)
     measured = {
-        "min_gap": _smallest_gap(motion, physics, names),
+        **({"min_gap": _smallest_gap(motion, physics, names)} if names.contacts else {}),
         "max_gap_drift": _gap_drift(motion, physics, names),
         "max_clock_error": _clock_error(motion, interval_ends),
         "max_theta_sum_error": Measured(motion.theta_sum_error),

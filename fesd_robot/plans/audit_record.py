@@ -103,9 +103,9 @@ class Audit(Record):
     """
 
     min_gap: Annotated[
-        float,
+        float | None,
         AuditEntry("the smallest true gap over all contacts, at stages and between them", "m", 1e-3, smallest=True),
-    ]
+    ] = None
     max_gap_drift: Annotated[
         float, AuditEntry("the largest difference between the true gap and the integrated one", "m", 5e-3)
     ]

@@ -140,7 +140,7 @@ class ModeForces:
         if point.dynamics is None or following.dynamics is None:
             return np.full_like(point.force, np.nan)
         jacobian = point.dynamics.jacobian
-        closed = np.array([mode is not ContactMode.FLIGHT for mode in point.modes])
+        closed = np.array([mode is not ContactMode.FLIGHT for mode in point.modes], dtype=bool)
         effect = jacobian.T @ stacked_rows(point.force)
         return split_contact_force(effect, jacobian, closed, self.physics.friction, following.force)[0]
 

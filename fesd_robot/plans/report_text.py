@@ -80,6 +80,8 @@ def _stationarity(status: Status) -> str:
 
 
 def _contacts(plan: Plan) -> str:
+    if not plan.contacts:
+        return ""
     text = "## Contact\n\n"
     text += markdown_table(
         ["time [s]", "contact", "event"], [[f"{s.time:.6f}", s.contact, s.kind] for s in plan.switches]

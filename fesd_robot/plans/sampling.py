@@ -123,7 +123,7 @@ class PlannedMotion:
         n_q, n_v, n_c = len(self._q), len(self._v), len(self._plan.contacts)
         configuration = with_unit_quaternions(self._q, state[:, :n_q])
         rows = self._force_rows
-        force = values.carried[:, : rows * n_c].reshape(-1, n_c, rows)
+        force = values.carried[:, : rows * n_c].reshape(len(flat), n_c, rows)
         interval, row = self._interval[element], self._rows[element]
 
         def given(value: np.ndarray) -> Value:

@@ -60,7 +60,7 @@ class StageForces:
         q, v, place = motion.configuration[k], motion.velocity[k], (float(motion.time[k]), int(motion.interval[k]))
         jacobian = physics.contact_jacobian(q)
         required = physics.required_force(q, v, motion.acceleration[k], motion.control[k])
-        closed = np.array([mode.closed for mode in motion.mode[k]]) | (motion.force[k, :, 0] > 0)
+        closed = np.array([mode.closed for mode in motion.mode[k]], dtype=bool) | (motion.force[k, :, 0] > 0)
         friction_coordinates = physics.friction_coordinates
         planned = motion.dry_friction(k)[friction_coordinates]
         force, rubs, unexplained = split_forces(

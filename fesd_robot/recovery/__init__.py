@@ -8,6 +8,7 @@ from fesd_robot.lazy import lazy_exports
 
 __all__ = [
     "FRACTIONS",
+    "IN_THE_PLANE",
     "SLIP_VELOCITY",
     "DenseElement",
     "DenseSamples",
@@ -39,7 +40,14 @@ __all__ = [
 if TYPE_CHECKING:
     from fesd_robot.recovery.between import FRACTIONS, DenseElement, DenseSamples, stacked_elements
     from fesd_robot.recovery.between_bodies import closest, tangents_between
-    from fesd_robot.recovery.contact_rows import by_contact, cone_facets, normal_rows, stacked_rows, tangential_rows
+    from fesd_robot.recovery.contact_rows import (
+        IN_THE_PLANE,
+        by_contact,
+        cone_facets,
+        normal_rows,
+        stacked_rows,
+        tangential_rows,
+    )
     from fesd_robot.recovery.elements import SLIP_VELOCITY
     from fesd_robot.recovery.full_model import FullModel, FullMotion
     from fesd_robot.recovery.model_motion import ModelMotion
@@ -56,9 +64,9 @@ else:
             "fesd_robot.recovery.between": ["DenseElement", "DenseSamples", "FRACTIONS", "stacked_elements"],
             "fesd_robot.recovery.between_bodies": ["closest", "tangents_between"],
             "fesd_robot.recovery.contact_rows": [
+                "IN_THE_PLANE",
                 "by_contact",
                 "cone_facets",
-                "kinds_of_change",
                 "normal_rows",
                 "stacked_rows",
                 "tangential_rows",

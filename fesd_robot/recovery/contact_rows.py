@@ -7,6 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
+IN_THE_PLANE = 2
+"""Rows of a contact in the plane, and of the contacts of a motion that has none."""
+
+
+def rows_each(stacked: np.ndarray, contacts: int) -> int:
+    """Return how many rows every contact has in stacked rows of all."""
+    return len(stacked) // contacts if contacts else IN_THE_PLANE
+
 
 def rows_of(selected: np.ndarray, rows: int) -> np.ndarray:
     """Return which rows belong to the selected contacts, (rows n_c) of bool, from (n_c) of bool."""

@@ -22,6 +22,7 @@ from fesd_robot.fesd import Element, Tableau
 from fesd_robot.instants import SAME_TIME
 from fesd_robot.orientations import with_unit_quaternions
 from fesd_robot.recovery.between import FRACTIONS, DenseElement
+from fesd_robot.recovery.contact_rows import IN_THE_PLANE
 
 FROZEN_MULTIPLIER = 1e-2
 """An element whose free-flow multiplier theta_ODE stays below this is an impact: its clock stands still."""
@@ -96,8 +97,9 @@ class ElementReader:
         self._branch = branch
         self._auxiliary_force = auxiliary_force
         self._friction = np.array([contact.usable_friction for contact in contacts])
-        multipliers = ca.vertcat(*[ca.horzcat(own.normal, *own.tangential) for own in contact_system.theta_auxiliary])
-        self.rows = multipliers.shape[1]
+        self.rows = 1 + len(contacts[0].directions) if contacts else IN_THE_PLANE
+        shares_of_contacts = [ca.horzcat(own.normal, *own.tangential) for own in contact_system.theta_auxiliary]
+        multipliers = ca.vertcat(ca.SX(0, self.rows), *shares_of_contacts)
         shares = ca.vertcat(ca.SX(0, 1), *[plus - minus for plus, minus in contact_system.theta_joints])
         self.friction_coordinates = np.flatnonzero(dynamics.dry_friction_limits)
         self._dry_friction = dynamics.dry_friction_limits[self.friction_coordinates]
@@ -113,11 +115,12 @@ class ElementReader:
                 ca.horzcat(own.normal, c.usable_friction * own.tangential[0])
                 for own, c in zip(impulses, contacts, strict=True)
             ]
-            self._jump = ca.Function("impulses", [jump.symbols], [ca.densify(ca.vertcat(*pushes))])
+            self._jump = ca.Function("impulses", [jump.symbols], [ca.densify(ca.vertcat(ca.SX(0, self.rows), *pushes))])
+        slips = [ca.horzcat(*contact.tangential_velocities(dynamics.velocity)) for contact in contacts]
         self._tangential_velocities = ca.Function(
             "tangential_velocities",
             [dynamics.configuration, dynamics.velocity],
-            [ca.vertcat(*[ca.horzcat(*contact.tangential_velocities(dynamics.velocity)) for contact in contacts])],
+            [ca.vertcat(ca.SX(0, self.rows - 1), *slips)],
         )
 
     def clock(self, x: np.ndarray) -> float:
@@ -175,7 +178,8 @@ class ElementReader:
         if self._jump is None:
             return np.asarray(element.step * np.tensordot(self.tableau.b, push, axes=1))
         acting = acting_impulses(self._branch, number)
-        return np.where([[acting[name]] for name in self._names], np.asarray(self._jump(element.jump)), 0.0)
+        acts = np.array([acting[name] for name in self._names], dtype=bool)
+        return np.where(acts[:, None], np.asarray(self._jump(element.jump)), 0.0)
 
     def between(self, element: Element, physics: ElementPhysics) -> DenseElement:
         """Return the states of an element at `FRACTIONS` of it, from its collocation polynomial."""

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface, Scene, TwoBodies, frames_of
 from fesd_robot.recovery.between_bodies import closest, tangents_between
-from fesd_robot.recovery.contact_rows import by_contact, rows_of, stacked_rows, tangential_rows
+from fesd_robot.recovery.contact_rows import IN_THE_PLANE, by_contact, rows_each, rows_of, stacked_rows, tangential_rows
 from fesd_robot.robot import Robot
 
 RANK_TOLERANCE = 1e-6
@@ -54,7 +54,7 @@ class NumericPhysics:
     ) -> None:
         self.scene = scene
         self.impacts_at_once = impacts_at_once
-        self.rows = 3 if in_space else 2
+        self.rows = IN_THE_PLANE + in_space
         self._model = robot.model
         self._data = robot.model.createData()
         self._geometries = [scene.geometries[name] for name in friction]
@@ -244,7 +244,7 @@ def split_forces(
         friction_coordinates: velocity coordinates with dry friction, (n_f).
         near_joints: force of their friction, N or N m, (n_f).
     """
-    count = len(jacobian) // max(len(closed), 1)
+    count = rows_each(jacobian, len(closed))
     rows = rows_of(closed, count)
     if friction is not None:
         tangential_rows(rows, count)[:] &= friction[:, None] > 0
@@ -261,4 +261,4 @@ def split_forces(
         joints += step[len(step) - len(friction_coordinates) :]
     left = generalized - jacobian.T @ force
     left[friction_coordinates] -= joints
-    return by_contact(force, max(count, 1)), joints, left
+    return by_contact(force, count), joints, left

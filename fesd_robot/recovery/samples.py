@@ -98,7 +98,7 @@ class Samples:
         return {key: np.array([row[key] for row in self._rows]) for key in self._rows[0]}
 
     def _jumps_to(self, x: np.ndarray) -> bool:
-        if not np.abs(self._pending).max() > 0:
+        if not np.abs(self._pending).max(initial=0.0) > 0:
             return False
         return bool(np.abs(self._reader.split(x)[1] - self._rows[-1]["velocity"]).max() > NO_VELOCITY)
 
@@ -124,6 +124,7 @@ class Samples:
     ) -> None:
         q, v, gap_state = self._reader.split(x)
         friction, joint_modes = joints or self._reader.joints_of_state(v)
+        in_flight = np.array([mode is ContactMode.FLIGHT for mode in modes], dtype=bool)
         self._rows.append(
             {
                 "time": self._reader.clock(x),
@@ -133,7 +134,7 @@ class Samples:
                 "weight": weight,
                 "interval": element.interval,
                 "control": element.u[:-1],
-                "force": np.where([[mode is ContactMode.FLIGHT] for mode in modes], 0.0, force),
+                "force": np.where(in_flight[:, None], 0.0, force),
                 "gap_state": gap_state,
                 "mode": np.array([mode.without_direction for mode in modes], dtype=object),
                 "joint_force": friction,

@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fesd_robot.exactness import WRITTEN
 from fesd_robot.plans import FIGURES_FOLDER, PAGE_FILE
 
 if TYPE_CHECKING:
+    import pinocchio as pin
+
     from fesd_robot.contact import Ground
     from fesd_robot.contact.ground import Solid
     from fesd_robot.plans import Plan
@@ -101,11 +104,22 @@ def write_page(plan: Plan, task: Task, path: Path, ghost: tuple[Plan, Task] | No
         ground=ground_visual(task),
         traces={foot.name: foot.path for foot in feet},
         circles=circle_visuals(task, robot),
-        planar=not plan.in_space,
+        planar=not plan.in_space if plan.contacts else _stays_in_plane(robot.model, configuration),
         story=story_of(plan, feet, actuation, time),
         ghost=other,
     )
     return render_page(path, content)
+
+
+def _stays_in_plane(model: pin.Model, configuration: np.ndarray) -> bool:
+    """Return whether no joint leaves the x-z plane or turns out of it in some configurations, (n, n_q)."""
+    import pinocchio as pin  # takes long
+
+    data, sideways = model.createData(), list[np.ndarray]()
+    for q in configuration:
+        pin.forwardKinematics(model, data, q)
+        sideways.append(np.array([[joint.translation[1], *joint.rotation[:, 1]] for joint in data.oMi[1:]]))
+    return bool(np.ptp(sideways, axis=0).max(initial=0.0) <= WRITTEN)
 
 
 def _samples(plan: Plan, robot: Robot) -> tuple[np.ndarray, np.ndarray]:

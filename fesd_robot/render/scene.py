@@ -27,7 +27,8 @@ def view_box(motions: Sequence[Motion], others: Sequence[np.ndarray], ground: Gr
     The box of a robot without shapes is not finite, and left out.
     """
     solids = [solid.corners() for solid in ground.solids.values()]
-    points = [*others, *solids, *(motion.box for motion in motions if np.isfinite(motion.box).all())]
+    boxes = (motion.box for motion in motions)
+    points = [each for each in (*others, *solids, *boxes) if np.isfinite(each).all()]
     cloud = np.vstack(points or [np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 1.0]])])
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     levels = ground.levels(low, high)

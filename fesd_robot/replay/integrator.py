@@ -304,7 +304,7 @@ class Segments:
         """Return the contacts in space that slide without a velocity that has a direction, and so begin to."""
         if self.physics.rows == 2:
             return []
-        slides = np.array([mode.direction != 0 for mode in contacts.modes]) & (self.physics.friction > 0)
+        slides = np.array([mode.direction != 0 for mode in contacts.modes], dtype=bool) & (self.physics.friction > 0)
         speeds = np.linalg.norm(tangential_rows(self._velocity(y), self.physics.rows), axis=1)
         return np.flatnonzero(slides & (speeds <= NO_VELOCITY)).tolist()
 

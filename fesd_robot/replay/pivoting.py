@@ -75,7 +75,7 @@ def _shown(dynamics: ContactDynamics, closed: np.ndarray, stays: Modes) -> tuple
 
     Contacts that rest get the directions in which they accelerate, from which that of a beginning slide is solved for.
     """
-    resting = np.array([mode is ContactMode.STICK for mode in stays])
+    resting = np.array([mode is ContactMode.STICK for mode in stays], dtype=bool)
     forces = forces_by_projection(dynamics, closed, resting)
     after = dynamics.free + dynamics.compliance @ forces.ravel()
     parting, drifting = normal_rows(after, dynamics.rows), tangential_rows(after, dynamics.rows)

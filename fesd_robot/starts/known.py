@@ -211,8 +211,8 @@ def _known(record: FiniteElements, system: ComplementaritySystem) -> KnownTrajec
         return None
     elements: list[Element] = []
     x_left, z_left = record.left[:n_x], record.left[n_x:]
-    x, z = record.states_at.reshape(count, -1, n_x), record.algebraic_at.reshape(count, -1, n_z)
-    slopes, u = record.slopes.reshape(count, -1, n_x), record.controls.reshape(count, n_u)
+    x, u = record.states_at.reshape(count, -1, n_x), record.controls.reshape(count, n_u)
+    z, slopes = record.algebraic_at.reshape(count, x.shape[1], n_z), record.slopes.reshape(count, -1, n_x)
     ends = np.append(0.0, np.cumsum(record.step))
     for e, (start, end) in enumerate(pairwise(ends)):
         interval = int(record.interval[e])

@@ -38,6 +38,11 @@ def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
             ("reference", "count"),
             f"found {task.reference.count} jumps, expected at most one per control interval ({task.horizon.intervals})",
         )
+    if isinstance(task.reference, Jumps) and not task.contacts:
+        yield conflict(
+            ("reference", "type"), "found jumps in a task without contacts, where nothing leaves the ground; expected "
+            "another type, or contacts"
+        )  # fmt: skip
     yield from _waypoints(task)
     for name, constraint in task.constraints.items():
         if isinstance(constraint, ContactWindow):

@@ -46,9 +46,8 @@ class Task(Section):
         "that name as their surface; default: none.",
     )
     contacts: dict[Name, Contact] = Field(
-        min_length=1,
         description="Name of a contact -> the point or circle of the robot and the surface that it may touch: the "
-        "ground, a wall, a box or cylinder, another part of the robot.",
+        "ground, a wall, a box or cylinder, another part of the robot; {} for a motion without contact.",
     )
     horizon: Horizon = Field(description="Duration, s, and number of control intervals.")
     postures: dict[Name, Values] = Field(

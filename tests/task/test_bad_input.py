@@ -119,7 +119,7 @@ EDITS: list[tuple[str, str, int, str, list[str]]] = [
     ("tolerance: 1e-8", "sigma_start: 1e-9", 50, "solver.sigma_start", ["1e-09", "sigma_start > tolerance"]),
     ("type: mean, weight: 1", "type: none, weight: 2", 48, "method.step_equilibration.weight", ["no effect"]),
     # emptiness
-    ("contacts:\n  foot:\n    frame: foot", "contacts: {}", 19, "contacts", ["an empty mapping", "at least one"]),
+    ("contacts:\n  foot:\n    frame: foot", "contacts: {}", 31, "reference.type", ["jumps in a task without contacts"]),
     ("  model: hopper.urdf", "  model: ''", 3, "robot.model", ["relative to the task file"]),
     ("  model: hopper.urdf", "  model: 'example-robot-data:'", 3, "robot.model", ["example-robot-data:NAME"]),
     ("  foot:\n", "  '':\n", 20, "contacts.", ["at least one character"]),

@@ -26,22 +26,24 @@ EXPORTS: dict[str, ExportFormat] = {
 """Name of a format -> what it writes."""
 
 
-def export_format(name: str, joints: Sequence[str] | None = None) -> ExportFormat:
+def export_format(name: str, joints: Sequence[str] | None = None, effort: bool = False) -> ExportFormat:
     """Return the format of a name.
 
     Args:
         name: a key of `EXPORTS`.
         joints: the joints asked for, None if all are meant.
+        effort: whether efforts are asked for.
 
     Raises:
-        PlanFileError: no such format, joints for a format that always holds all of them, or a format whose packages
-            are not installed.
+        PlanFileError: no such format, joints or efforts for a format that always holds all of them, or a format whose
+            packages are not installed.
     """
     if name not in EXPORTS:
         raise PlanFileError(f"found format '{name}', expected one of {', '.join(EXPORTS)}{nearest(name, EXPORTS)}")
-    if joints is not None and not EXPORTS[name].joints:
+    if (joints is not None or effort) and not EXPORTS[name].joints:
         choosing = ", ".join(other for other, each in EXPORTS.items() if each.joints)
-        raise PlanFileError(f"found joints for format '{name}', which holds all of them; expected {choosing}")
+        found, holds = ("efforts", "no choice of them") if joints is None else ("joints", "all of them")
+        raise PlanFileError(f"found {found} for format '{name}', which has {holds}; expected {choosing}")
     EXPORTS[name].refuse_missing()
     return EXPORTS[name]
 
@@ -66,6 +68,7 @@ def export(
     kind: str,
     *,
     joints: Sequence[str] | None = None,
+    effort: bool = False,
     suffix: str = "",
     motion: ModelMotion | None = None,
 ) -> bytes:
@@ -75,15 +78,16 @@ def export(
         plan: what to write.
         kind: name of the format, a key of `EXPORTS`.
         joints: names of the joints to write, for a format that lets one choose; default: all it can hold.
+        effort: whether such a format has the efforts of the joints.
         suffix: of the file, e.g. ``.json``, where a format has several; default: that of its usual file.
         motion: the samples as states of the model of the robot's file, for a format with a model.
 
     Raises:
-        PlanFileError: no such format, joints for a format that always holds all of them, or no motion for one that
-            needs it.
+        PlanFileError: no such format, joints or efforts for a format without a choice of them, or no motion for one
+            that needs it.
         FesdRobotError: the plan cannot be written in this format.
     """
-    chosen = export_format(kind, joints)
+    chosen = export_format(kind, joints, effort)
     write = chosen.writer(suffix)
     if chosen.gains:
         if plan.gains is None:
@@ -97,4 +101,4 @@ def export(
                 f"found no motion of the model of {plan.name} for format '{kind}'; fesd_robot.export_plan reads it"
             )
         return write(plan, motion)
-    return write(plan, joints) if chosen.joints else write(plan)
+    return write(plan, joints, effort) if chosen.joints else write(plan)

@@ -9,8 +9,9 @@ from importlib.util import find_spec
 from fesd_robot.errors import PlanFileError
 
 Writer = Callable[..., bytes]
-"""(plan) -> content of a file; of a format with joints (plan, joints), where joints may be None, and of one with a
-model (plan, motion), the plan's `ModelMotion`; of one with gains (gains)."""
+"""(plan) -> content of a file; of a format with joints (plan, joints, effort), where joints may be None and effort
+says whether efforts are written, and of one with a model (plan, motion), the plan's `ModelMotion`; of one with gains
+(gains)."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class ExportFormat:
         stem: usual name of the file, without suffix.
         content: what the file holds, for the help, in words that follow the format's name.
         writers: suffix of a file -> what writes it; the first is taken where the suffix is none of them.
-        joints: whether the joints can be chosen.
+        joints: whether the joints can be chosen, and their efforts be written or left out.
         model: whether it holds the motion of the model of the robot's file, which is read for it.
         gains: whether it holds the feedback gains of the plan instead of its samples; its writers take `TrackingGains`.
         with_plan: whether every run of the planner leaves such a file beside its plan.

@@ -63,7 +63,7 @@ def _messages(plan: Plan, motion: ModelMotion) -> Iterator[tuple[int, str, dict[
     joints = plan.full_model.joints if plan.full_model else {}
     ticks = np.rint(plan.trajectory.time * NANOSECONDS).astype(int).tolist()
     if joints:
-        yield ticks[0], TRAJECTORY, joint_trajectory(plan)
+        yield ticks[0], TRAJECTORY, joint_trajectory(plan, effort=True)
     data, model = motion.robot.model.createData(), motion.robot.model
     links = {frame.name: index for index, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY}
     for k, tick in enumerate(ticks):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -24,8 +26,9 @@ def npz_arrays(plan: Plan) -> bytes:
     """
     trajectory = plan.trajectory
     controls = {name: values for name, values in plan.controls.items() if name != "time"}  # none of a body let go
+    contacts, samples = plan.contacts.values(), len(trajectory.time)
     across = [one.lateral_force for one in plan.contacts.values() if one.lateral_force is not None]
-    arrays = {
+    arrays: dict[str, Any] = {
         "time": trajectory.time,
         "configuration": np.column_stack(list(trajectory.configuration.values())),
         "velocity": np.column_stack(list(trajectory.velocity.values())),
@@ -33,22 +36,27 @@ def npz_arrays(plan: Plan) -> bytes:
         "velocity_names": np.array(list(trajectory.velocity)),
         "control_names": np.array(list(controls), dtype=str),
         "control_time": plan.controls["time"],
-        "control": np.array(list(controls.values())).reshape(len(controls), len(plan.controls["time"])).T,
+        "control": _columns(list(controls.values()), len(plan.controls["time"])),
         "control_interval": control_interval(plan),
-        "contact_names": np.array(list(plan.contacts)),
-        "gap": np.column_stack([contact.gap for contact in plan.contacts.values()]),
-        "normal_force": np.column_stack([contact.normal_force for contact in plan.contacts.values()]),
-        "tangential_force": np.column_stack([contact.tangential_force for contact in plan.contacts.values()]),
+        "contact_names": np.array(list(plan.contacts), dtype=str),
+        "gap": _columns([contact.gap for contact in contacts], samples),
+        "normal_force": _columns([contact.normal_force for contact in contacts], samples),
+        "tangential_force": _columns([contact.tangential_force for contact in contacts], samples),
         **({"lateral_force": np.column_stack(across)} if across else {}),
-        "mode": np.column_stack([contact.mode for contact in plan.contacts.values()]),
+        "mode": _columns([contact.mode for contact in contacts], samples, dtype=str),
         **_fact_arrays(plan),
         **({"acceleration": np.column_stack(list(rates.values()))} if (rates := trajectory.acceleration) else {}),
         **(_dry_friction_arrays(plan) if plan.joint_friction else {}),
-        **(_full_model_arrays(plan.full_model, len(trajectory.time)) if plan.full_model else {}),
+        **(_full_model_arrays(plan.full_model, samples) if plan.full_model else {}),
     }
     content = io.BytesIO()
     np.savez_compressed(content, **arrays)
     return content.getvalue()
+
+
+def _columns(values: Sequence[Sequence[Any] | np.ndarray], samples: int, dtype: type = float) -> np.ndarray:
+    """Return one column for each of some values, (samples, n); there may be none."""
+    return np.array(values, dtype=dtype).reshape(len(values), samples).T
 
 
 def _fact_arrays(plan: Plan) -> dict[str, np.ndarray]:
@@ -88,9 +96,9 @@ def _full_model_arrays(model: FullModelMotion, samples: int) -> dict[str, np.nda
     joints, feet = model.joints.values(), model.feet.values()
     arrays = {
         "joint_names": np.array(list(model.joints), dtype=str),
-        "joint_position": np.array([joint.position for joint in joints]).reshape(len(joints), samples).T,
-        "joint_velocity": np.array([joint.velocity for joint in joints]).reshape(len(joints), samples).T,
-        "joint_effort": np.array([joint.effort for joint in joints]).reshape(len(joints), samples).T,
+        "joint_position": _columns([joint.position for joint in joints], samples),
+        "joint_velocity": _columns([joint.velocity for joint in joints], samples),
+        "joint_effort": _columns([joint.effort for joint in joints], samples),
     }
     if model.base:
         arrays |= {"base_names": np.array(list(model.base)), "base": np.column_stack(list(model.base.values()))}
