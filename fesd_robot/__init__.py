@@ -36,12 +36,14 @@ __all__ = [
     "DimensionError",
     "ExpressionError",
     "FesdRobotError",
+    "FolderInUseError",
     "GroundError",
     "JointError",
     "ModelError",
     "MotionFileError",
     "NotCompiledYet",
     "OptionError",
+    "OutOfTime",
     "Plan",
     "PlanFileError",
     "RobotError",
@@ -74,6 +76,7 @@ if TYPE_CHECKING:
         DimensionError,
         ExpressionError,
         FesdRobotError,
+        FolderInUseError,
         GroundError,
         JointError,
         ModelError,
@@ -88,6 +91,7 @@ if TYPE_CHECKING:
     from fesd_robot.native import CompilationError, NotCompiledYet
     from fesd_robot.planning import plan
     from fesd_robot.plans import Plan, read_plan, report, write_plan
+    from fesd_robot.running import OutOfTime
     from fesd_robot.simulation import simulate
     from fesd_robot.task import Task, load_task
     from fesd_robot.tracking import Tracker, tracking_gains
@@ -104,6 +108,7 @@ else:
                 "DimensionError",
                 "ExpressionError",
                 "FesdRobotError",
+                "FolderInUseError",
                 "GroundError",
                 "JointError",
                 "ModelError",
@@ -117,6 +122,7 @@ else:
             "fesd_robot.native": ["CompilationError", "NotCompiledYet"],
             "fesd_robot.planning": ["plan"],
             "fesd_robot.plans": ["Plan", "read_plan", "report", "write_plan"],
+            "fesd_robot.running": ["OutOfTime"],
             "fesd_robot.simulation": ["simulate"],
             "fesd_robot.task": ["Task", "load_task"],
             "fesd_robot.tracking": ["Tracker", "tracking_gains"],

@@ -10,12 +10,13 @@ from tempfile import TemporaryDirectory
 
 from fesd_robot.arguments import checked
 from fesd_robot.errors import FesdRobotError, PlanFileError, TaskError
-from fesd_robot.plans import COMPARISON_FILE, FIGURES_FOLDER, PAGE_FILE, Plan, export, task_of
+from fesd_robot.plans import COMPARISON_FILE, FIGURES_FOLDER, PAGE_FILE, Plan, export, place, task_of
 from fesd_robot.plans.exports import export_format, format_of_suffix
 from fesd_robot.recovery import ModelMotion
-from fesd_robot.render import inline_html, write_atomically, write_drawings, write_page
+from fesd_robot.render import inline_html, write_drawings, write_page
 from fesd_robot.robot import Robot
 from fesd_robot.task import Task
+from fesd_robot.writing import staging_folder, write_atomically
 
 logger = logging.getLogger(__name__)
 
@@ -128,8 +129,11 @@ def render_plan(
             raise TaskError(f"found --set {override}, expected a key of 'output', such as output.figure_formats=[svg]")
     try:
         task = task_of(plan, task_folder, overrides)
-        page = write_page(plan, task, folder / PAGE_FILE)
-        return [page, *write_drawings(plan, task, folder / FIGURES_FOLDER)]
+        with staging_folder(folder.resolve()) as stage:
+            page = write_page(plan, task, stage / PAGE_FILE)
+            files = [page, *write_drawings(plan, task, stage / FIGURES_FOLDER)]
+            place(stage, folder.resolve())
+        return [folder / file.relative_to(stage) for file in files]
     except OSError as error:
         raise PlanFileError(f"{folder}: cannot be written to ({error.strerror})") from error
 

@@ -72,8 +72,8 @@ def program_of(task: str, planned_at: str | None = None) -> str:
 
     Args:
         task: its name; its own file counts, those of other tasks do not.
-        planned_at: `Plan.provenance.git` of a plan; by default the checkout as it is now, of which only the files of
-            the program count as different.
+        planned_at: `Plan.provenance.git` of a plan, by default the checkout as it is now; only files of the program
+            count as different.
 
     Returns:
         The commit, ``not known`` if the checkout does not know the plan's.
@@ -84,7 +84,6 @@ def program_of(task: str, planned_at: str | None = None) -> str:
         command = ["git", "-C", str(ROOT), *words, "--", *paths]
         return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
 
-    revision, _, _ = (planned_at or "HEAD").partition("-dirty")
-    differs = planned_at.endswith("-dirty") if planned_at else git("status", "--porcelain")
+    revision, differs = (planned_at or "HEAD").removesuffix("-dirty"), git("status", "--porcelain")
     commit = git("log", "-1", "--format=%h", revision)
     return commit + ("+" if differs else "") if commit else "not known"

@@ -13,20 +13,25 @@ import fesd_robot
 
 SOURCES = Path(fesd_robot.__file__).parent
 
-GROUND_FLOOR = ("errors", "arguments", "lazy", "orientations", "instants", "exactness", "ranges")
+GROUND_FLOOR = (
+    "errors", "arguments", "lazy", "orientations", "instants", "exactness", "ranges", "printable", "locks", "writing",
+)  # fmt: skip
 """Modules that all others may use."""
 
 BELOW: dict[str, set[str]] = {
     "errors": set(),
     "arguments": set(),
+    "locks": set(),
+    "writing": set(),
     "lazy": set(),
     "orientations": set(),
     "instants": set(),
     "exactness": set(),
     "ranges": set(),
+    "printable": set(),
     "complementarity": set(),
-    "native": set(),
     "running": set(),
+    "native": {"running"},
     "robot": set(),
     "examples": set(),
     "task": {"examples"},
@@ -37,8 +42,8 @@ BELOW: dict[str, set[str]] = {
     "optimal_control": {"complementarity", "dcs", "fesd", "mpcc", "running"},
     "contact": {"complementarity", "dcs", "robot"},
     "recovery": {"complementarity", "contact", "fesd", "robot"},
-    "replay": {"contact", "recovery"},
-    "plans": {"contact", "mpcc", "recovery", "replay", "robot", "task"},
+    "replay": {"contact", "recovery", "running"},
+    "plans": {"contact", "mpcc", "recovery", "replay", "robot", "running", "task"},
     "ocp": {
         "complementarity", "contact", "fesd", "mpcc", "nlp", "plans", "recovery", "replay", "robot", "running", "task",
     },
@@ -56,8 +61,8 @@ BELOW: dict[str, set[str]] = {
     },
     "tracking": {"contact", "ocp", "plans", "robot"},
     "planning": {
-        "complementarity", "fesd", "mpcc", "native", "nlp", "ocp", "phases", "plans", "refinement", "running", "starts",
-        "task", "tracking",
+        "complementarity", "fesd", "mpcc", "native", "nlp", "ocp", "phases", "plans", "refinement", "replay", "running",
+        "starts", "task", "tracking",
     },
     "in_mujoco": {"contact", "ocp", "plans", "render", "robot", "task", "tracking"},
     "actions": {"explanation", "fesd", "ocp", "phases", "plans", "recovery", "render", "robot", "task", "tracking"},

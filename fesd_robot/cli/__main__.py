@@ -1,7 +1,5 @@
 """`python -m fesd_robot.cli` is `fesd-robot`."""
 
-from __future__ import annotations
+import runpy
 
-from fesd_robot.cli.main import main
-
-main()
+runpy.run_module("fesd_robot", run_name="__main__")

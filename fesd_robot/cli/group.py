@@ -9,6 +9,7 @@ from typer.core import TyperGroup
 
 from fesd_robot.cli.exits import ExitCode
 from fesd_robot.errors import FesdRobotError
+from fesd_robot.printable import visible
 
 
 class CommandGroup(TyperGroup):
@@ -19,7 +20,7 @@ class CommandGroup(TyperGroup):
         try:
             return super().invoke(ctx)
         except FesdRobotError as error:
-            typer.echo(f"error: {error}", err=True)
+            typer.echo(f"error: {visible(str(error), lines=True)}", err=True)
             raise typer.Exit(ExitCode.BAD_INPUT) from error
         except KeyboardInterrupt as error:
             typer.echo("interrupted", err=True)

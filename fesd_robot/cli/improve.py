@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 def improve(plan: PlanFile, overrides: Overrides = None, quiet: Quiet = False) -> None:
     """Look for a cheaper motion of the task of a plan, from the plan, until no neighbour of it is cheaper.
 
-    The plan's folder is replaced as a whole if one is found; else it stays as it is. Ctrl-C ends the search with the
-    cheapest motion so far.
+    Its plan takes the place of the earlier one if one is found; else that stays as it is. Ctrl-C ends the search with
+    the cheapest motion so far.
     """
     file = plan.absolute()
     folder = file if file.is_dir() else file.parent

@@ -6,13 +6,15 @@ import logging
 
 import typer
 
+from fesd_robot.printable import visible
+
 
 class EchoHandler(logging.Handler):
     """Writes every record as one line ``level: message`` to stderr, wherever that points at the time."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write one record."""
-        typer.echo(f"{record.levelname.lower()}: {self.format(record)}", err=True)
+        typer.echo(f"{record.levelname.lower()}: {visible(self.format(record), lines=True)}", err=True)
 
 
 def set_up_logging(verbose: bool) -> None:

@@ -48,8 +48,8 @@ def new(
     """
     from fesd_robot.errors import FesdRobotError
     from fesd_robot.first_task import propose_first_task
-    from fesd_robot.render import write_atomically
     from fesd_robot.task import SCHEMA_FILE
+    from fesd_robot.writing import write_atomically
 
     folder = Path() if out is None else out.parent
     if not folder.is_dir():

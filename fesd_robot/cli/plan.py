@@ -12,8 +12,9 @@ import typer
 from fesd_robot.cli.arguments import Overrides, Quiet, TaskFile
 from fesd_robot.cli.exits import ExitCode
 from fesd_robot.cli.interrupts import Interrupts
+from fesd_robot.cli.main import before_main
 from fesd_robot.cli.progress import Progress, progress_for, wrapped
-from fesd_robot.running import Activity
+from fesd_robot.running import Activity, Deadline, held_to
 
 if TYPE_CHECKING:
     from fesd_robot.plans import Plan
@@ -33,7 +34,7 @@ def plan(
 ) -> None:
     """Plan the motion that a task describes.
 
-    Writes trajectory, report, page and figures into one folder; an earlier plan there is replaced as a whole. Where
+    Writes trajectory, report, page and figures into one folder, in the place of those of an earlier plan there. Where
     cheaper motions are looked for for long, the first one is written meanwhile, without figures. The sequence of
     contacts of the earlier plan is one of the first that are tried.
 
@@ -67,7 +68,8 @@ def planned(load: Callable[[], tuple[Task, Path]], quiet: bool, better_than: Pat
             task, folder = load()
             check_output_folder(folder)
             progress.limit(task.solver.time_limit)
-            result = _solve(task, progress, interrupts, None if better_than else folder)
+            with held_to(Deadline.of_command(task.solver.time_limit, progress.spent + before_main())):
+                result = _solve(task, progress, interrupts, None if better_than else folder)
             kept = better_than is not None and not _is_better(result, better_than)
             written = folder if kept else _write(result, task, folder, progress, interrupts)
         if kept:
@@ -132,7 +134,7 @@ def _earlier(folder: Path) -> Plan | None:
 
 def _write_early(plan: Plan, task: Task, folder: Path, progress: Progress) -> None:
     """Write a plan that may be replaced by a cheaper one, with its page; what cannot be written is left to the last."""
-    from fesd_robot.plans import PAGE_FILE, write_plan
+    from fesd_robot.plans import PAGE_FILE, write_into
     from fesd_robot.render import write_page
 
     message = f"{plan.status.message} {EARLY}"
@@ -143,7 +145,7 @@ def _write_early(plan: Plan, task: Task, folder: Path, progress: Progress) -> No
             write_page(marked, task, stage / PAGE_FILE)
 
     try:
-        write_plan(marked, folder, page)
+        write_into(marked, folder, page)
     except Exception as error:
         logger.debug("the first plan could not be written: %s", error)
         return
@@ -155,7 +157,7 @@ EARLY = "Cheaper motions are still looked for."
 
 
 def _write(plan: Plan, task: Task, folder: Path, progress: Progress, interrupts: Interrupts) -> Path:
-    from fesd_robot.plans import write_plan
+    from fesd_robot.plans import write_or_keep
     from fesd_robot.render import write_optional_files
 
     def extras(stage: Path) -> None:
@@ -170,6 +172,6 @@ def _write(plan: Plan, task: Task, folder: Path, progress: Progress, interrupts:
 
     logger.debug("writing to %s", folder)
     progress.activity(Activity.WRITING)
-    written = write_plan(plan, folder, extras)
+    written = write_or_keep(plan, folder, extras)
     interrupts.written()
     return written

@@ -109,6 +109,11 @@ class Progress:
         self._cost: float | None = None
         self._stopping = False
 
+    @property
+    def spent(self) -> float:
+        """Seconds since the beginning."""
+        return time.monotonic() - self._begin
+
     def limit(self, seconds: float | None) -> None:
         """Take note of how many seconds all may take, None for no limit."""
         self._time_limit = seconds
@@ -158,7 +163,7 @@ class Progress:
 
         Where there is no room for all, the iterations are left out, and then the cost.
         """
-        spent = time.monotonic() - self._begin
+        spent = self.spent
         doing = "stopping" if self._stopping else self._attempt() + self._activity.value + self._how_far()
         iterations = [f"{self._iterations} iterations"] if self._iterations else []
         cost = [f"cost {self._cost:.4g}"] if self._cost is not None else []

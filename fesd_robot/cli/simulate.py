@@ -57,7 +57,7 @@ def simulate(
     from fesd_robot.cli.exits import ExitCode
     from fesd_robot.cli.plan_task import task_in
     from fesd_robot.cli.summary import summary
-    from fesd_robot.plans import Plan, check_output_folder, task_of, write_plan
+    from fesd_robot.plans import Plan, check_output_folder, task_of, write_or_keep
     from fesd_robot.render import write_optional_files
     from fesd_robot.simulation import simulate_robot
 
@@ -66,7 +66,7 @@ def simulate(
     check_output_folder(folder)
     with task_in(what) if isinstance(given, Plan) else nullcontext():
         result = simulate_robot(given, controls, duration=duration)
-    written = write_plan(result, folder, lambda stage: write_optional_files(result, task_of(result), stage))
+    written = write_or_keep(result, folder, lambda stage: write_optional_files(result, task_of(result), stage))
     if not quiet:
         typer.echo("\n".join(summary(result, written, folder)))
     if not result.status.solved:

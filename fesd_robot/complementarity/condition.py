@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Literal
 
@@ -71,6 +71,9 @@ class Complementarity:
             either all G are the active factor, or all H, or all complements.
         implied_by: (kind, active factor) of other conditions of the contact that imply this one: where one of them has
             that active factor, a smooth problem does not hold this one again.
+        spare: an algebraic variable by which H is larger than the least that it may be where it does not vanish; of a
+            vanishing constraint whose H is 0 or at least so much. A smooth problem holds it at zero or above where G is
+            the active factor. None if H may be anything.
         rate_share: H is a share of the clock's rate: with those of the other conditions of its label's joint it adds
             up to that rate, by a row of the system. Where a complement vanishes the clock stands still, and all shares
             vanish whatever G is.
@@ -95,10 +98,11 @@ class Complementarity:
     vanish_together: tuple[ca.SX, ...] = ()
     vector_component: bool = False
     implied_by: tuple[tuple[str, ActiveFactor], ...] = ()
+    spare: ca.SX | None = None
     rate_share: bool = False
 
     def __post_init__(self) -> None:
-        for name, factor in (("G", self.G), ("H", self.H), ("complement", self.complement)):
+        for name, factor in (("G", self.G), ("H", self.H), ("complement", self.complement), ("spare", self.spare)):
             if factor is not None and factor.shape != (1, 1):
                 raise DimensionError(f"{name} of '{self.label}' has shape {factor.shape}, expected (1, 1)")
         if self.complement is not None and not self.vanishing:
@@ -108,5 +112,22 @@ class Complementarity:
                 f"'{self.label}' adds the initial value of G, which only a vanishing constraint without a complement "
                 "can do"
             )
+        if self.spare is not None and not self.vanishing:
+            raise ModelError(f"'{self.label}' has a least H, which only a vanishing constraint can have")
         if self.rate_share and self.label.joint is None:
             raise ModelError(f"'{self.label}' is about a share of no joint, whose shares add up")
+
+    @property
+    def at_least(self) -> Complementarity | None:
+        """The vanishing constraint that H is 0 or has something to spare, max(-spare, 0) H C = 0; None without one."""
+        if self.spare is None:
+            return None
+        return Complementarity(
+            replace(self.label, kind=f"reserve of {self.label.kind}"),
+            -self.spare,
+            self.H,
+            vanishing=True,
+            complement=self.complement,
+            level=self.level,
+            held_at=HeldAt.STAGES,
+        )

@@ -30,10 +30,18 @@ def contact_system(
 
     Raises:
         OptionError: a variant of the step form where another form is built; dry friction of joints or contact in space
-            in the step form or with impulses; a limit of the slip distance with impulses.
+            in the step form or with impulses; a limit of the slip distance with impulses; a reserve of friction of
+            a contact that may slip or bounce in either.
     """
     if options.steps != StepOptions() and (options.form != "steps" or options.transcription == "impulses"):
         raise OptionError(f"found {options.steps}, which needs the form 'steps' and the transcription 'freezing'")
+    reserved = [contact.name for contact in contacts if contact.sticking_reserve > 0]
+    if reserved and (options.form == "steps" or options.transcription == "impulses"):
+        form = "'steps'" if options.form == "steps" else "'impulses'"
+        raise OptionError(
+            f"a reserve of friction of contacts that may slip or bounce ({', '.join(reserved)}) needs contact "
+            f"'freezing' with the form 'multipliers', found {form}"
+        )
     if options.transcription == "impulses":
         return _with_gaps_bounded(impulse_contact_system(dynamics, contacts, options, parameters), dynamics)
     if options.form == "steps" and dynamics.dry_friction:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 
 from fesd_robot.complementarity import ActiveFactor, Complementarity, HeldAt, Label
@@ -29,7 +31,8 @@ def cone_conditions(
       between all points of an element, in which a slide does not turn back.
 
     So it is -beta v_t / |v_t| where the contact slides, of any direction, and anything inside the cone where it sticks.
-    No direction is preferred, and no velocity regularised.
+    No direction is preferred, and no velocity regularised. A contact with a reserve r slides with kappa = 0, or has
+    |f| <= (1 - r) beta.
 
     Args:
         contact: with two tangents.
@@ -52,6 +55,8 @@ def cone_conditions(
         for velocity, (forwards, backwards) in zip(velocities, DIRECTIONS, strict=True)
         for direction, signed in ((backwards, -velocity), (forwards, velocity))
     ]
+    if multipliers.spares:
+        inside[0] = replace(inside[0], spare=multipliers.spares[0])  # they have one H and are active together
     across = friction[0] * velocities[1] - friction[1] * velocities[0]
     along = friction[0] * velocities[0] + friction[1] * velocities[1]
     lateral = DIRECTIONS[1]

@@ -107,7 +107,7 @@ def freezing_dynamics(
         push += own.normal * contact.normal
         if contact.friction > 0:
             for direction, share in zip(contact.directions, own.tangential, strict=True):
-                push += contact.friction * share * direction
+                push += contact.usable_friction * share * direction
     gap_rates = []
     if symbols.gaps.numel():
         gap_rates = [rate * velocity for velocity in stabilised_normal_velocities(dynamics, contacts, options, symbols)]

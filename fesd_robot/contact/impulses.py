@@ -75,7 +75,7 @@ def _unilateral(contact: Contact) -> UnilateralContact:
         gap=contact.gap,
         normal=contact.normal,
         tangent=contact.directions[0],
-        friction=contact.friction,
+        friction=contact.usable_friction,
         restitution=contact.restitution,
         slips=contact.slip_distance > 0,
     )

@@ -56,6 +56,7 @@ class Contact:
         slip_distance: length of the path, m, that it may slip while the clock runs: 0 if it may not, infinite without a
             limit.
         restitution: coefficient e of restitution, 0 to 1: a contact that hits with a normal velocity v parts with -e v.
+        reserve: part of the cone of friction that a plan leaves unused where it sticks, 0 to less than 1.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Contact:
     friction: float
     slip_distance: float = math.inf
     restitution: float = 0.0
+    reserve: float = 0.0
 
     @property
     def directions(self) -> list[ca.SX]:
@@ -81,6 +83,26 @@ class Contact:
         return [ca.dot(direction, velocity) for direction in self.directions]
 
     @property
+    def comes_to_rest(self) -> bool:
+        """Whether it sticks wherever it stays closed, also after an impact: it may neither slip nor bounce."""
+        return self.slip_distance == 0 and self.restitution == 0
+
+    @property
+    def usable_friction(self) -> float:
+        """Coefficient of the friction that a plan uses, (1 - r) mu of a contact that comes to rest, else mu.
+
+        One that slides has all of its friction by Coulomb's law. Where a contact comes to rest in an impact, its
+        impulse follows from that, however the slide before has ended: less friction leads there, too, and leaves the
+        reserve unused in the impulse as a whole.
+        """
+        return self.friction * (1 - self.reserve) if self.comes_to_rest else self.friction
+
+    @property
+    def sticking_reserve(self) -> float:
+        """Part of `usable_friction` that it leaves unused where it sticks."""
+        return 0.0 if self.comes_to_rest else self.reserve
+
+    @property
     def limits_slip(self) -> bool:
         """Whether it may slip, but not without end."""
         return 0 < self.slip_distance < math.inf
@@ -93,9 +115,12 @@ class AuxiliaryMultipliers:
     Attributes:
         sides: (theta_+, theta_-) of every tangential direction, SX in z; plus belongs to J_t v > 0. All pairs have the
             same sum beta.
+        spares: algebraic variables that are not negative where the contact sticks and keeps its reserve: one a side of
+            the first direction, in space one for the cone; none without a reserve.
     """
 
     sides: tuple[tuple[ca.SX, ca.SX], ...]
+    spares: tuple[ca.SX, ...] = ()
 
     @property
     def normal(self) -> ca.SX:

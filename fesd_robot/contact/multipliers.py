@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -84,24 +85,26 @@ def multiplier_contact_system(
     mass_matrix, right_hand_side = freezing_dynamics(dynamics, contacts, options, symbols, theta_ode, multipliers)
     names = [name for own in fields for name in own.names]
     variables = [variable for own in fields for variable in own.variables]
-    lifted = [*(entry for own in fields for entry in own.lifted), *products]
-    at_rest = [value for own in fields for value in own.lifted_in_flight] + [1.0] * len(products)
-    n_theta, n_lifted, n_products, nothing = len(variables), len(lifted), len(products), ca.SX(0, 1)
+    lifted = [
+        *(entry for own in fields for entry in own.lifted),
+        *(_Lifted(*product, in_flight=1.0, lower=-np.inf) for product in products),
+    ]
+    n_theta, nothing = len(variables), ca.SX(0, 1)
     system = ComplementaritySystem(
         state=symbols.state,
         control=symbols.control,
         parameters=nothing if parameters is None else parameters,
-        algebraic=ca.vertcat(*variables, *[symbol for _, symbol, _ in lifted]),
+        algebraic=ca.vertcat(*variables, *[one.symbol for one in lifted]),
         mass_matrix=mass_matrix,
         right_hand_side=right_hand_side,
-        residual=ca.vertcat(nothing, *[symbol - definition for _, symbol, definition in lifted]),
-        algebraic_lower=np.append(np.zeros(n_theta + n_lifted - n_products), np.full(n_products, -np.inf)),
-        algebraic_upper=np.concatenate([*(own.upper for own in fields), np.full(n_lifted, np.inf)]),
+        residual=ca.vertcat(nothing, *[one.symbol - one.definition for one in lifted]),
+        algebraic_lower=np.append(np.zeros(n_theta), [one.lower for one in lifted]),
+        algebraic_upper=np.concatenate([*(own.upper for own in fields), np.full(len(lifted), np.inf)]),
         regularisation=ca.SX(0),
-        guess=lambda x, u, p: np.concatenate([np.zeros(n_theta), at_rest]),
+        guess=lambda x, u, p: np.append(np.zeros(n_theta), [one.in_flight for one in lifted]),
         state_names=symbols.state_names,
         control_names=symbols.control_names,
-        algebraic_names=[*names, *(name for name, _, _ in lifted)],
+        algebraic_names=[*names, *(one.name for one in lifted)],
         complementarities=conditions,
     )
     contact_system = ContactSystem(
@@ -116,13 +119,23 @@ def multiplier_contact_system(
     return limit_slip_distances(with_dry_friction(contact_system, dynamics), dynamics, contacts)
 
 
+class _Lifted(NamedTuple):
+    """An algebraic variable that a row of its own defines, its value in flight, and its lower bound."""
+
+    name: str
+    symbol: ca.SX
+    definition: ca.SX
+    in_flight: float
+    lower: float = 0.0
+
+
 @dataclass(frozen=True)
 class _AuxiliaryFields:
     """Variables of one contact.
 
     Attributes:
         names, variables, upper: of the multipliers, one an entry.
-        lifted: (name, symbol, definition) of further variables; `lifted_in_flight`: their values there.
+        lifted: further variables.
         multipliers, beta, complement: what the contact logic is made of.
         unused: part of the friction cone that is not used; None in the plane.
         vanish_together: variables that vanish with beta by the rows of the lifted ones.
@@ -131,8 +144,7 @@ class _AuxiliaryFields:
     names: list[str]
     variables: list[ca.SX]
     upper: list[float]
-    lifted: list[tuple[str, ca.SX, ca.SX]]
-    lifted_in_flight: list[float]
+    lifted: list[_Lifted]
     multipliers: AuxiliaryMultipliers
     beta: ca.SX
     complement: ca.SX
@@ -145,20 +157,33 @@ def _auxiliary_fields(i: int, contact: Contact) -> _AuxiliaryFields:
     if contact.friction == 0:
         none = tuple((plus, ca.SX(0)) for _ in contact.directions)
         multipliers = AuxiliaryMultipliers(none)
-        return _AuxiliaryFields([f"theta_+[{contact.name}]"], [plus], [1.0], [], [], multipliers, plus, 1 - plus)
+        return _AuxiliaryFields([f"theta_+[{contact.name}]"], [plus], [1.0], [], multipliers, plus, 1 - plus)
     minus, complement = ca.SX.sym(f"theta_minus{i}"), ca.SX.sym(f"complement{i}")
     beta = plus + minus
     planar = _AuxiliaryFields(
         names=[f"theta_+[{contact.name}]", f"theta_-[{contact.name}]"],
         variables=[plus, minus],
         upper=[np.inf, np.inf],
-        lifted=[(f"1 - beta[{contact.name}]", complement, 1 - beta)],
-        lifted_in_flight=[1.0],
+        lifted=[_Lifted(f"1 - beta[{contact.name}]", complement, 1 - beta, in_flight=1.0)],
         multipliers=AuxiliaryMultipliers(((plus, minus),)),
         beta=beta,
         complement=complement,
     )
-    return _in_space(planar, i, contact) if contact.in_space else planar
+    return _in_space(planar, i, contact) if contact.in_space else _with_reserve(planar, i, contact)
+
+
+def _with_reserve(planar: _AuxiliaryFields, i: int, contact: Contact) -> _AuxiliaryFields:
+    """Return the variables of a planar contact with what both its multipliers have to spare beyond r beta / 2."""
+    if contact.sticking_reserve == 0:
+        return planar
+    least = contact.sticking_reserve / 2 * planar.beta
+    spares = tuple(ca.SX.sym(f"spare_{side}{i}") for side in ("plus", "minus"))
+    lifted = [
+        _Lifted(f"beyond the reserve{sign}[{contact.name}]", spare, theta - least, in_flight=0.0, lower=-np.inf)
+        for sign, spare, theta in zip("+-", spares, planar.multipliers.sides[0], strict=True)
+    ]
+    multipliers = replace(planar.multipliers, spares=spares)
+    return replace(planar, lifted=[*planar.lifted, *lifted], multipliers=multipliers)
 
 
 def _in_space(planar: _AuxiliaryFields, i: int, contact: Contact) -> _AuxiliaryFields:
@@ -167,6 +192,12 @@ def _in_space(planar: _AuxiliaryFields, i: int, contact: Contact) -> _AuxiliaryF
     left, right, unused = (ca.SX.sym(f"{what}{i}") for what in ("theta_left", "theta_right", "unused"))
     multipliers = AuxiliaryMultipliers((*planar.multipliers.sides, (left, right)))
     along, across = multipliers.tangential
+    reserve: list[_Lifted] = []
+    if contact.sticking_reserve > 0:
+        spare = ca.SX.sym(f"spare{i}")
+        inside = ((1 - contact.sticking_reserve) * planar.beta) ** 2 - along**2 - across**2
+        reserve = [_Lifted(f"beyond the reserve[{name}]", spare, inside, in_flight=0.0, lower=-np.inf)]
+        multipliers = replace(multipliers, spares=(spare,))
     return replace(
         planar,
         names=[*planar.names, f"theta_left[{name}]"],
@@ -174,10 +205,12 @@ def _in_space(planar: _AuxiliaryFields, i: int, contact: Contact) -> _AuxiliaryF
         upper=[*planar.upper, np.inf],
         lifted=[
             *planar.lifted,
-            (f"theta_right[{name}]", right, planar.beta - left),
-            (f"unused friction[{name}]", unused, (1 - kept) * planar.beta**2 - along**2 - across**2),
+            _Lifted(f"theta_right[{name}]", right, planar.beta - left, in_flight=0.0),
+            _Lifted(
+                f"unused friction[{name}]", unused, (1 - kept) * planar.beta**2 - along**2 - across**2, in_flight=0.0
+            ),
+            *reserve,
         ],
-        lifted_in_flight=[*planar.lifted_in_flight, 0.0, 0.0],
         multipliers=multipliers,
         unused=unused,
         vanish_together=(left, right, unused),

@@ -38,7 +38,8 @@ def velocity_conditions(
     No force while parting, no free motion while approaching a closed contact, and friction against the sliding:
     ``max(J_n v, 0) beta = 0``, ``max(-J_n v, 0) beta (1 - beta) = 0``, ``max(-J_t v, 0) theta_+ = 0`` and
     ``max(J_t v, 0) theta_- = 0``. A contact that may not slip has ``max(J_t v, 0) beta (1 - beta) = 0`` and the same
-    for -J_t v: closed, it sticks while the clock runs.
+    for -J_t v: closed, it sticks while the clock runs. One with a reserve r has theta_+ and theta_- that are zero or at
+    least r beta / 2: it slides with all of its friction, or sticks with 1 - r of it, in an impact, too.
 
     With restitution e an element is a whole impact, which begins with the normal velocity v_0 at the left boundary and
     ends with -e v_0 (Newton): the first condition is ``max(J_n v + e v_0, 0) beta = 0``, at the right boundary
@@ -89,14 +90,16 @@ def velocity_conditions(
             conditions += cone_conditions(dynamics, contact, multipliers, unused)
         else:
             plus, minus = multipliers.sides[0]
-            sides = ((-velocities[0], plus, BACKWARDS), (velocities[0], minus, FORWARDS))
-            for signed, own, direction in sides:
+            spares = multipliers.spares or (None, None)
+            sides = ((-velocities[0], plus, BACKWARDS, spares[0]), (velocities[0], minus, FORWARDS, spares[1]))
+            for signed, own, direction, spare in sides:
                 running: dict[str, Any] = {"complement": complement} if bounces else {}
-                conditions.append(condition(FRICTION_ALONG_SLIDING, signed, own, direction=direction, **running))
-            for signed, own, direction in sides if bounces else ():
                 conditions.append(
-                    condition(FRICTION_AFTER_IMPACT, signed, own, direction=direction, held_at=HeldAt.RIGHT_BOUNDARY)
+                    condition(FRICTION_ALONG_SLIDING, signed, own, direction=direction, spare=spare, **running)
                 )
+            for signed, own, direction, spare in sides if bounces else ():
+                at_end: dict[str, Any] = {"held_at": HeldAt.RIGHT_BOUNDARY, "spare": spare}
+                conditions.append(condition(FRICTION_AFTER_IMPACT, signed, own, direction=direction, **at_end))
         if contact.slip_distance == 0:
             conditions += [
                 condition(SLIPPING, signed, beta, complement=complement, direction=direction, vector_component=True)

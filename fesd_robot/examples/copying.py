@@ -12,6 +12,7 @@ from ruamel.yaml import YAML
 
 from fesd_robot.errors import FesdRobotError, TaskError, nearest
 from fesd_robot.examples.shipped import MODELS, TASKS, Example, examples_by_name, shipped_folder
+from fesd_robot.writing import write_atomically
 
 SCHEMA = "task.schema.json"
 """Name of the JSON schema beside copied tasks, which editors check them with."""
@@ -55,7 +56,7 @@ def copy_examples(names: Sequence[str], out: Path, *, schema: bytes, overwrite: 
         )
     try:
         for path, content in contents.items():
-            _write(out / path, content)
+            write_atomically(out / path, content)
     except OSError as error:
         raise FesdRobotError(f"{error.filename or out}: this cannot be written ({error.strerror})") from error
     return sorted(out / path for path in contents)
@@ -97,11 +98,3 @@ def _files_below(folder: Path) -> list[Path]:
 def _differs(path: Path, content: bytes) -> bool:
     """Return whether something else is in the way of a file."""
     return (path.exists() or path.is_symlink()) and not (path.is_file() and path.read_bytes() == content)
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write a file so that nobody sees half of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
-    part.write_bytes(content)
-    os.replace(part, path)

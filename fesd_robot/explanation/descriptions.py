@@ -1,4 +1,4 @@
-"""Goals of points, waypoints, costs and constraints of a task in words."""
+"""Goals of points, waypoints, costs, constraints and the reserve of a task in words."""
 
 from __future__ import annotations
 
@@ -26,6 +26,30 @@ def _point_target(target: PointTarget) -> str:
             hard = f" within {width:g} {unit}" if width is not None else ""
             parts.append(f"{what} {along_axes(wanted)} {unit}{hard}, weight {weight:g}")
     return "; ".join(parts)
+
+
+def described_reserve(motion: MotionProblem) -> list[str]:
+    """Return what a plan may use of friction and efforts, and what it is checked against; nothing without a reserve."""
+    by_share: dict[float, list[str]] = {}
+    for contact in motion.contacts:
+        if contact.reserve > 0:
+            by_share.setdefault(contact.reserve, []).append(contact.name)
+    drive, lines = motion.actuation, []
+    if by_share:
+        parts = [f"{100 * (1 - share):g} % of it in {', '.join(names)}" for share, names in by_share.items()]
+        lines.append(f"Friction where a contact sticks or lands: at most {'; '.join(parts)}. A slide has all of it.")
+    limits, planned = (
+        zip(drive.lower, drive.upper, strict=True),
+        zip(drive.planned_lower, drive.planned_upper, strict=True),
+    )
+    efforts = [
+        f"{name} [{own[0]:.4g}, {own[1]:.4g}] {unit}"
+        for name, unit, own, all_of_it in zip(drive.names, drive.units, planned, limits, strict=True)
+        if own != all_of_it
+    ]
+    if efforts:
+        lines.append(f"Controls within {', '.join(efforts)}.")
+    return [*lines, "The audit checks against all of what there is."] if lines else []
 
 
 def described_waypoints(motion: MotionProblem) -> list[str]:

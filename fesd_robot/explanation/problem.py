@@ -15,6 +15,7 @@ from fesd_robot.explanation.descriptions import (
     described_costs,
     described_limits,
     described_points,
+    described_reserve,
     described_standing,
     described_waypoints,
 )
@@ -62,6 +63,7 @@ def explanation(motion: MotionProblem, problem: Mpcc) -> str:
         "Controls": _controls(motion),
         "Ground": _ground(motion),
         "Contacts": _contacts(motion),
+        "Reserve": described_reserve(motion),
         "Standing": described_standing(motion),
         "Horizon": _horizon(motion),
         "Goal": _goal(motion),
@@ -224,10 +226,8 @@ def _contacts(motion: MotionProblem) -> list[str]:
         what, where = _touching(motion.task, contact)
         physical = motion.contacts[i]
         inelastic = "" if physical.restitution else ", inelastic"
-        lines.append(
-            f"{name}: {what}, {_law(physical)}{inelastic}{_slipping(contact)}; "
-            f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal."
-        )
+        gaps = f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal"
+        lines.append(f"{name}: {what}, {_law(physical)}{inelastic}{_slipping(contact)}; {gaps}.")
     lines += described_space(motion)
     if not motion.contact_system.clock_stops:
         return [*lines, "Impacts are impulses between two finite elements."]

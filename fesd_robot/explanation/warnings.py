@@ -182,17 +182,21 @@ def _too_weak(motion: MotionProblem) -> Iterator[str]:
     closed = physics.gaps(q) <= TOUCHING
     if motion.endpoints.initial_velocity.any() or not closed.any():
         return
-    effort = holding_effort(physics, q, (drive.lower, drive.upper), closed)
+    effort = holding_effort(physics, q, (drive.planned_lower, drive.planned_upper), closed)
     if effort is None or effort[0] <= 1 + WRITTEN:
         return
     times_limits, u = effort
     over = [
         f"{name} {value:.4g} {unit}"
-        for name, value, unit, lower, upper in zip(drive.names, u, drive.units, drive.lower, drive.upper, strict=True)
+        for name, value, unit, lower, upper in zip(
+            drive.names, u, drive.units, drive.planned_lower, drive.planned_upper, strict=True
+        )
         if not lower - WRITTEN <= value <= upper + WRITTEN
     ]
+    reserved = (drive.planned_lower != drive.lower) | (drive.planned_upper != drive.upper)
+    limits = "what the reserve leaves of their limits" if reserved.any() else "their limits"
     yield (
-        f"The controls cannot hold the weight at the start: standing still takes {times_limits:.3g} times their limits "
+        f"The controls cannot hold the weight at the start: standing still takes {times_limits:.3g} times {limits} "
         f"({', '.join(over)}), so the robot sinks."
     )
 

@@ -62,7 +62,8 @@ def vanishing_pairs(
     ``stage_stage`` every stage's multiplier is a pair of its own. (A switching function can have any sign, so its
     values are never added up.) With ``plain`` a stage forbids its own multiplier only. A switching function that
     contains algebraic variables takes part at the stages only, or is crossed: g(x_k, z_j) for all points and stages.
-    One that adds its value at the left boundary is g(x_k) + e g(x_0).
+    One that adds its value at the left boundary is g(x_k) + e g(x_0). An H that is 0 or larger than a least value takes
+    part in a vanishing constraint of its own, `Complementarity.at_least`.
 
     Args:
         system: the dynamics.
@@ -73,7 +74,8 @@ def vanishing_pairs(
     Source: the conditions of vanishing constraints are ours; see `contact.multiplier_contact_system`.
     """
     conditions = []
-    for condition in system.vanishing:
+    least = [one.at_least for one in system.vanishing if one.at_least is not None]
+    for condition in (*system.vanishing, *least):
         switching = ca.Function("switching", [system.state, system.algebraic], [condition.G])
         complement = ca.SX(1 / stages) if condition.complement is None else condition.complement
         factors = ca.Function("factors", [system.algebraic], [condition.H, complement])
@@ -81,7 +83,13 @@ def vanishing_pairs(
 
         def at(place: Place, G: ca.SX, H: ca.SX, condition: Complementarity = condition) -> Complementarity:
             return replace(
-                condition, label=condition.label.at(place), G=G, H=H, complement=None, initial_value_factor=0.0
+                condition,
+                label=condition.label.at(place),
+                G=G,
+                H=H,
+                complement=None,
+                initial_value_factor=0.0,
+                spare=None,
             )
 
         def switched(k: int, condition: Complementarity = condition, switching: ca.Function = switching) -> ca.SX:

@@ -19,7 +19,7 @@ from fesd_robot.fesd.layout import IntervalLayout, layout_of
 from fesd_robot.fesd.ocp import OcpEquations
 from fesd_robot.fesd.options import FesdOptions
 from fesd_robot.mpcc import BlockEquations
-from fesd_robot.running import kept_with_first
+from fesd_robot.running import check_time, kept_with_first
 
 EQUILIBRATION = "step equilibration"
 """Name of a cost term that belongs to the method."""
@@ -103,6 +103,7 @@ def build_interval(ocp: OcpEquations, options: FesdOptions, elements: int, *, wi
 
     Raises:
         ModelError: a step equilibration that would overlook vanishing constraints.
+        OutOfTime: the time limit comes meanwhile.
 
     Source: Nurkanovic et al., arXiv 2205.05337, eq. (24)-(36).
     """
@@ -121,6 +122,7 @@ def build_interval(ocp: OcpEquations, options: FesdOptions, elements: int, *, wi
     sums: list[tuple[ca.SX, ca.SX]] = []
     boundary: list[ca.SX] = []
     for n, part in enumerate(parts):
+        check_time()
         here = Place(element=n)
         equations = element_equations(part, functions, options, layout, own[: layout.n_u], p, dynamics=within)
         rows += [replace(one, place=one.place.within(here)) for one in equations]

@@ -53,7 +53,7 @@ def task_text(proposal: Proposal, schema: str | None, apex: Mapping[str, float] 
         ]
     if proposal.slides:
         lines += ["", "# To slide is what it is for: the work of friction costs nothing.", "costs: {slipping: {}}"]
-    return "\n".join([*lines, *_limits(proposal)]) + "\n"
+    return "\n".join([*lines, *_limits(proposal), *_reserve()]) + "\n"
 
 
 def _robot(proposal: Proposal) -> list[str]:
@@ -102,6 +102,14 @@ def _state(key: str, state: State) -> list[str]:
     elif state.stand_on:
         lines.append(f"  stand_on: {_list(state.stand_on)} # the height follows from this")
     return lines
+
+
+def _reserve() -> list[str]:
+    return [
+        "",
+        "# Friction and effort that the plan leaves unused, for what the model does not know: a tenth of each.",
+        "reserve: {friction: 0.1, effort: 0.1}",
+    ]
 
 
 def _limits(proposal: Proposal) -> list[str]:

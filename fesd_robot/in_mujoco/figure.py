@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import fesd_robot.render.matplotlib_settings  # noqa: F401  before Matplotlib is
+
+# isort: split
 import io
 
 import matplotlib

@@ -12,10 +12,11 @@ from fesd_robot.errors import PlanFileError
 from fesd_robot.in_mujoco.figure import errors_image
 from fesd_robot.in_mujoco.replays import Replay, ReplayRun
 from fesd_robot.in_mujoco.report import report, table
-from fesd_robot.render import PageContent, render_page, write_atomically
+from fesd_robot.render import PageContent, render_page
 from fesd_robot.render.outputs import circle_visuals, ground_visual
 from fesd_robot.render.page import Ghost
 from fesd_robot.render.verdict import Verdict
+from fesd_robot.writing import write_atomically
 
 REPLAY_FILE, REPORT_FILE, FIGURE_FILE, SCENE_FILE = "replay.json", "replay.md", "errors.png", "scene.xml"
 

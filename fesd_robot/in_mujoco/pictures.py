@@ -16,7 +16,7 @@ from PIL import Image
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.in_mujoco.driving import RunRecord
 from fesd_robot.in_mujoco.scene import MujocoScene
-from fesd_robot.render import write_atomically
+from fesd_robot.writing import write_atomically
 
 FRAMES_A_SECOND = 25
 """Of a video; a GIF counts time in hundredths of a second."""

@@ -22,7 +22,7 @@ from fesd_robot.mpcc.polishing import (
 from fesd_robot.mpcc.problem import Block, BlockEquations, Mpcc, Residuals
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
-from fesd_robot.mpcc.solution import MpccSolution
+from fesd_robot.mpcc.solution import MpccSolution, begun
 from fesd_robot.nlp import NlpStatus
 
 __all__ = [
@@ -52,6 +52,7 @@ __all__ = [
     "Run",
     "Trial",
     "assemble",
+    "begun",
     "certify",
     "conflict_at",
     "continue_on_branch",

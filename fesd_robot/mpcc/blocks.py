@@ -10,7 +10,7 @@ import numpy as np
 from fesd_robot.mpcc.problem import Block, BlockEquations, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Steering, pair_parameters
-from fesd_robot.running import Kept
+from fesd_robot.running import Kept, check_time
 
 UNRELAXED_SIGMA = 3e-3
 """Sigma of the velocity level up to which the cost of a relaxed NLP is that of the problem itself."""
@@ -63,6 +63,9 @@ def differentiate(
         slacks: how many slack variables a copy reads.
         shared: whether common parts are looked for, so that nothing is computed twice; for functions that are evaluated
             a few times only, looking takes longer.
+
+    Raises:
+        OutOfTime: the time limit comes meanwhile.
     """
     equations, box = block.equations, (np.zeros(0), np.zeros(0))
     if block.pairs and block.copies:
@@ -106,8 +109,10 @@ def _differentiated(
     rows = ca.vertcat(g, relaxed, *signs)
     if shared:
         f, rows = ca.cse([f, rows])  # before differentiating: a third off the Hessian of Solo12
+    check_time()
     multiplier, weight = ca.SX.sym("lam", rows.numel()), ca.SX.sym("lam_f")
     gradient, jacobian = ca.gradient(f, w), ca.jacobian(rows, x)
+    check_time()
     hessian = ca.triu(ca.hessian(weight * f + ca.dot(multiplier, rows), x)[0])
     arguments = [x, p, sigma]
     return BlockDerivatives(
@@ -128,6 +133,7 @@ def _differentiated(
 
 def _shared_function(name: str, arguments: list[ca.SX], value: ca.SX) -> ca.Function:
     """Return a function that computes nothing twice; CasADi's derivatives repeat common parts many times."""
+    check_time()
     return _plain_function(name, arguments, ca.cse(value))
 
 

@@ -12,7 +12,7 @@ from scipy import sparse
 from fesd_robot.complementarity import Label
 from fesd_robot.errors import DimensionError, SolverError
 from fesd_robot.mpcc.problem import Block, BlockEquations, Mpcc
-from fesd_robot.running import kept_with_first
+from fesd_robot.running import check_time, kept_with_first
 
 
 @dataclass(frozen=True)
@@ -211,6 +211,7 @@ def _block(
 @kept_with_first
 def _first_order(equations: BlockEquations) -> tuple[ca.Function, list[tuple[np.ndarray, np.ndarray]]]:
     """Return (w, p) -> f, its gradient, g, G, H and nonzeros of their Jacobians, and where these nonzeros are."""
+    check_time()
     local = ca.SX.sym("w", equations.function.sparsity_in(0))
     p = ca.SX.sym("p", equations.function.sparsity_in(1))
     f, *rows = (ca.densify(part) for part in equations.function(local, p))

@@ -19,8 +19,9 @@ from fesd_robot.mpcc.relaxed_settings import NlpTry, relaxed_settings
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
 from fesd_robot.mpcc.schedule import Sigmas, chosen_start
-from fesd_robot.mpcc.solution import MpccSolution
+from fesd_robot.mpcc.solution import MpccSolution, begun
 from fesd_robot.nlp import NlpNumbers, NlpPoint, NlpResult, NlpStatus, prepared
+from fesd_robot.running import OutOfTime
 
 logger = logging.getLogger(__name__)
 
@@ -86,10 +87,13 @@ def solve(
         options = replace(options, velocity_level_ratio=1.0)
         run = replace(run, options=options)
     begin = time.perf_counter()
-    nlp = nlp or assemble(
-        problem, relaxation or relaxation_named(options.relaxation), options.compile, options.steering
-    )
-    branch_nlp = BranchNlp.of(polisher, options.compile) if polisher and options.polish else None
+    try:
+        nlp = nlp or assemble(
+            problem, relaxation or relaxation_named(options.relaxation), options.compile, options.steering
+        )
+        branch_nlp = BranchNlp.of(polisher, options.compile) if polisher and options.polish else None
+    except OutOfTime:
+        return begun(problem, time.perf_counter() - begin)
     return _Homotopy(problem, run, nlp, branch_nlp, otherwise).solution(time.perf_counter() - begin)
 
 
@@ -141,7 +145,11 @@ class _Homotopy:
 
     def solution(self, build_seconds: float) -> MpccSolution:
         """Run to the end, and return where that is."""
-        completed, size = self._follow(), self._problem.size
+        completed, size = False, self._problem.size
+        try:
+            completed = self._follow()
+        except OutOfTime:
+            self._status = NlpStatus.TIME_LIMIT
         exact = self._polished.exact
         if exact is None and not (completed and self._is_feasible(self._problem.residuals(self._best.x[:size]))):
             exact = self._polished.costlier
@@ -270,17 +278,17 @@ class _Homotopy:
     def _nlp_at(self, sigmas: Sigmas, loose: bool, near: bool = False) -> NlpResult | None:
         """Solve the NLP at these sigmas, near to those before or not, twice if it fails; None when the time is over."""
         for trial in NlpTry:
-            remaining = self._run.deadline.remaining()
-            if remaining is not None and remaining <= 0:
+            if self._run.deadline.left <= 0:
                 self._status = NlpStatus.TIME_LIMIT
                 return None
             last = self._elastic or self._steps.is_last(sigmas)
             settings = relaxed_settings(self._options, sigmas, trial, last=last, loose=loose, near=near)
             parameters = self._nlp.parameters(sigmas)
-            result = prepared(self._nlp.program, settings).solve(
+            solver = prepared(self._nlp.program, settings)
+            result = solver.solve(
                 NlpNumbers(self._lower, self._upper, self._nlp.lower, self._nlp.upper, parameters),
                 self._point,
-                seconds=remaining,
+                seconds=self._run.deadline.remaining(),
                 stop=self._run.stop,
             )
             residuals = self._problem.residuals(result.point.x[: self._problem.size])

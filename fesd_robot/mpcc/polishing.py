@@ -267,8 +267,7 @@ class BranchNlp:
         limits: PolishingLimits,
     ) -> tuple[PolishingReport, NlpPoint] | None:
         """Return the end of one NLP on a branch and its point with multipliers, None if no time is left."""
-        seconds = run.deadline.remaining()
-        if seconds is not None and seconds <= 0:
+        if run.deadline.left <= 0:
             return None
         bounds = self.polisher.bounds(branch)
         settings = replace(
@@ -283,8 +282,13 @@ class BranchNlp:
         parameters = self.nlp.parameters((0.0, 0.0))
         numbers = NlpNumbers(bounds.lower, bounds.upper, bounds.g_lower, bounds.g_upper, parameters)
         reduced = ReducedNlp.of(self.nlp.program, numbers)
-        result = prepared(reduced.nlp, settings).solve(
-            reduced.numbers(numbers), reduced.part(start), seconds=seconds, stop=run.stop, hopeless=limits.hopeless
+        solver = prepared(reduced.nlp, settings)
+        result = solver.solve(
+            reduced.numbers(numbers),
+            reduced.part(start),
+            seconds=run.deadline.remaining(),
+            stop=run.stop,
+            hopeless=limits.hopeless,
         )
         point = reduced.whole(result.point, start)
         residuals = problem.residuals(point.x)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.mpcc.problem import Residuals
+from fesd_robot.mpcc.problem import Mpcc, Residuals
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.nlp import NlpPoint, NlpStatus
 
@@ -48,3 +48,23 @@ class MpccSolution:
     def iterations(self) -> int:
         """IPOPT iterations in all."""
         return sum(report.iterations for report in self.reports)
+
+
+def begun(problem: Mpcc, seconds: float) -> MpccSolution:
+    """Return the start of a problem for whose first NLP no time was left.
+
+    Args:
+        problem: the MPCC.
+        seconds: that making its derivatives took.
+    """
+    return MpccSolution(
+        w=problem.start,
+        residuals=problem.residuals(problem.start),
+        feasible=False,
+        solved=False,
+        branch=None,
+        status=NlpStatus.TIME_LIMIT,
+        reports=[],
+        build_seconds=seconds,
+        solve_seconds=0.0,
+    )

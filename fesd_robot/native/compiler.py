@@ -9,6 +9,7 @@ import os
 import platform
 import shlex
 import shutil
+import signal
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,9 +21,10 @@ from pathlib import Path
 from threading import Semaphore, Thread
 
 from filelock import FileLock, Timeout
-from platformdirs import user_cache_path
 
 from fesd_robot.errors import FesdRobotError
+from fesd_robot.native.cache import cache_folder, is_whole, put
+from fesd_robot.running import check_time, seconds_to_wait
 
 logger = logging.getLogger(__name__)
 
@@ -44,12 +46,6 @@ class NotCompiledYet(FesdRobotError):
     def __init__(self, libraries: Sequence[Path]) -> None:
         super().__init__("the compiler still works")
         self.libraries = tuple(libraries)
-
-
-def cache_folder() -> Path:
-    """Return the folder that compiled libraries are kept in, FESD_ROBOT_CACHE or the user's cache folder."""
-    chosen = os.environ.get("FESD_ROBOT_CACHE")
-    return Path(chosen) if chosen else user_cache_path("fesd_robot")
 
 
 def shared_library(
@@ -74,6 +70,7 @@ def shared_library(
 
     Raises:
         CompilationError: no compiler, or it failed.
+        OutOfTime: the time limit came while it was waited for.
     """
     contents = [file.name.encode() + b"\0" + file.read_bytes() for file in [*sources, *headers]]
     language = "c" if sources[0].suffix == ".c" else "c++"
@@ -112,7 +109,7 @@ def shared_libraries(
         return _Library.of(name, "c", [key.encode(), *common], flags, folders, written)
 
     libraries = [library(key) for key in sources]
-    missing = [one for one in libraries if not one.target.exists()]
+    missing = [one for one in libraries if not is_whole(one.target)]
     if missing and not wait:
         own = os.getpid() == _BACKGROUND.process
         for one in missing if own else []:
@@ -192,20 +189,21 @@ class _Library:
 
         Raises:
             CompilationError: the compiler failed.
+            OutOfTime: the time limit came while it was waited for.
         """
-        if self.target.exists():
+        if is_whole(self.target):
             return self.target
         try:
-            self.target.parent.mkdir(parents=True, exist_ok=True)
             with _alone(self.lock), tempfile.TemporaryDirectory(dir=self.target.parent, prefix=f".{self.name}-") as at:
-                if self.target.exists():  # another process has made it meanwhile
+                if is_whole(self.target):  # another process has made it meanwhile
                     return self.target
                 made, sources = Path(at) / self.target.name, list(self.sources(Path(at)))
                 objects = [Path(at) / f"{source.name}.o" for source in sources]
                 self._run([["-c", str(source), "-o", str(to)] for source, to in zip(sources, objects, strict=True)])
                 self._run([["-shared", *map(str, objects), "-o", str(made)]])
-                os.replace(made, self.target)
+                put(made, self.target)
         except (OSError, subprocess.TimeoutExpired) as error:
+            check_time()
             raise CompilationError(f"{self.name} could not be compiled: {error}") from error
         return self.target
 
@@ -257,14 +255,14 @@ class _Background:
         started = list[subprocess.Popen[str]]()
         try:
             for command in commands:
-                started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True))
+                started.append(_begun(command))
                 self._running.add(started[-1])
-            errors = [one.communicate(timeout=TIME_LIMIT)[1] for one in started]
+            errors = [one.communicate(timeout=seconds_to_wait(TIME_LIMIT))[1] for one in started]
             return [(one.returncode, words) for one, words in zip(started, errors, strict=True)]
         finally:
             for one in started:
                 if one.poll() is None:
-                    one.kill()
+                    _killed(one)
                     one.wait()
                 self._running.discard(one)
 
@@ -274,9 +272,30 @@ class _Background:
             return
         self._ending = True
         for process in list(self._running):
-            process.kill()
+            _killed(process)
         for thread in self._begun.values():
             thread.join()
+
+
+def _begun(command: Sequence[str]) -> subprocess.Popen[str]:
+    """Return a compiler that runs in a group of its own, with the programs that it calls."""
+    return subprocess.Popen(
+        command,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        start_new_session=True,
+    )
+
+
+def _killed(process: subprocess.Popen[str]) -> None:
+    """End a compiler with the programs that it calls, which else would work on."""
+    if not hasattr(os, "killpg"):
+        process.kill()
+        return
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
 
 
 _BACKGROUND = _Background()
@@ -286,15 +305,23 @@ atexit.register(_BACKGROUND.end)
 @contextmanager
 def _alone(lock: Path) -> Iterator[None]:
     """Let one process at a time make a file, so that two that need the same one do not compile it twice."""
-    with FileLock(lock):
-        try:
-            yield
-        finally:
-            lock.unlink(missing_ok=True)
+    own = FileLock(lock)
+    try:
+        own.acquire(timeout=seconds_to_wait(TIME_LIMIT))
+    except Timeout as error:
+        check_time()
+        raise CompilationError(f"another process has worked on it for {TIME_LIMIT:g} s ({lock})") from error
+    try:
+        yield
+    finally:
+        lock.unlink(missing_ok=True)
+        own.release()
 
 
 def find_compiler(language: str) -> list[str]:
     """Return the compiler of a language, ``c`` or ``c++``, as a command: CC or CXX, else the usual names.
+
+    A program that is found in the current folder, where a stranger's task may lie, is not taken.
 
     Raises:
         CompilationError: there is none.
@@ -302,7 +329,8 @@ def find_compiler(language: str) -> list[str]:
     variable, names = {"c": ("CC", ("cc", "gcc", "clang")), "c++": ("CXX", ("c++", "g++", "clang++"))}[language]
     chosen = shlex.split(os.environ.get(variable, ""))
     for command in [chosen] if chosen else [[name] for name in names]:
-        if shutil.which(command[0]):
+        found = shutil.which(command[0])
+        if found and (os.path.isabs(found) or os.path.dirname(command[0])):
             return command
     raise CompilationError(f"no {language.upper()} compiler found (set {variable}, or install one)")
 
@@ -310,7 +338,7 @@ def find_compiler(language: str) -> list[str]:
 @cache
 def compiler_version(command: tuple[str, ...]) -> str:
     """Return the version that the compiler prints."""
-    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, errors="replace", check=False)
     return done.stdout.split("\n", 1)[0]
 
 
@@ -318,7 +346,7 @@ def compiler_version(command: tuple[str, ...]) -> str:
 def processor() -> str:
     """Identify this processor: code for one may not run on another that shares the cache."""
     try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
         flags = next((line for line in lines if line.startswith(("flags", "Features"))), "")
     except OSError:
         flags = platform.processor()

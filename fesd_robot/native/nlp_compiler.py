@@ -16,8 +16,10 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.errors import SolverError
-from fesd_robot.native.compiler import cache_folder, instruction_set, shared_libraries, shared_library
+from fesd_robot.native.cache import cache_folder
+from fesd_robot.native.compiler import CompilationError, instruction_set, shared_libraries, shared_library
 from fesd_robot.native.lanes import LANES_VERSION, lanes_source
+from fesd_robot.running import check_time
 
 SOURCES = Path(__file__).parent / "nlp"
 EXACT = ("-std=gnu99", "-ffp-contract=off", "-fno-math-errno")
@@ -95,7 +97,7 @@ def compile_nlp(
     # A library that was loaded already would be the same one, with its tables: every NLP has its own file.
     with tempfile.TemporaryDirectory(dir=cache_folder(), prefix=".nlp-") as folder:
         own = str(shutil.copyfile(loop, Path(folder) / loop.name))
-        library = ctypes.CDLL(own)
+        library = _loaded(Path(own))
         refused = library.nlp_tables(
             integers.ctypes.data_as(ctypes.c_void_p),
             ctypes.c_size_t(len(integers)),
@@ -159,15 +161,28 @@ def _with_outputs(block: NlpBlock) -> Iterator[tuple[str, ca.Function]]:
 @lru_cache(maxsize=1000)
 def _name(function: ca.Function) -> str:
     """Return the name of a function in C by its formula: the same formula has the same name."""
+    check_time()
     return f"stage_{hashlib.sha256(function.serialize().encode()).hexdigest()[:20]}"
 
 
 @cache
 def _address(library: Path, name: str) -> int:
     """Return where a function is; its library stays loaded."""
-    found = ctypes.cast(getattr(ctypes.CDLL(str(library)), name), ctypes.c_void_p).value
+    found = ctypes.cast(getattr(_loaded(library), name), ctypes.c_void_p).value
     assert found is not None
     return found
+
+
+def _loaded(library: Path) -> ctypes.CDLL:
+    """Return a library in this process.
+
+    Raises:
+        CompilationError: the system does not load it.
+    """
+    try:
+        return ctypes.CDLL(str(library))
+    except OSError as error:
+        raise CompilationError(f"{library.name} cannot be loaded: {error}") from error
 
 
 def _tables(

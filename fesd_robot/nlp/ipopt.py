@@ -15,7 +15,8 @@ from fesd_robot.nlp.nlp import Nlp
 from fesd_robot.nlp.settings import NlpSettings
 from fesd_robot.nlp.status import NlpStatus
 
-_QUIET: dict[str, Any] = {"print_level": 0, "sb": "yes"}
+_QUIET: dict[str, Any] = {"print_level": 0, "sb": "yes", "option_file_name": ""}
+"""No lines, and no options from an `ipopt.opt` in the current folder."""
 
 _PUSHES = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac")
 _WARM_PUSHES = ("warm_start_bound_push", "warm_start_slack_bound_push", "warm_start_mult_bound_push")

@@ -23,7 +23,8 @@ class Actuation:
 
     Attributes:
         names: control names, (n_u).
-        lower, upper: bounds, N or N m, (n_u).
+        lower, upper: limits, N or N m, (n_u).
+        planned_lower, planned_upper: bounds of what a plan may use of them, N or N m, (n_u).
         units: ``N`` or ``N m`` by control, that of the first coordinate it pushes.
         matrix: q -> B, CasADi function, (n_v, n_u).
     """
@@ -31,6 +32,8 @@ class Actuation:
     names: list[str]
     lower: np.ndarray
     upper: np.ndarray
+    planned_lower: np.ndarray
+    planned_upper: np.ndarray
     units: list[str]
     matrix: ca.Function
 
@@ -83,7 +86,7 @@ def build_actuation(task: Task, robot: Robot) -> Actuation:
     values = dict(zip(robot.configuration_names, ca.vertsplit(q), strict=True))
     values |= angle_expressions(robot.configuration_names, q)
     speed_units = velocity_units(robot)
-    columns, lower, upper, units = [], [], [], []
+    columns, lower, upper, planned, units = [], [], [], [], []
     for name, actuator in actuators.items():
         column = ca.SX(len(robot.velocity_names), 1)
         if isinstance(actuator, JointActuator):
@@ -99,10 +102,40 @@ def build_actuation(task: Task, robot: Robot) -> Actuation:
         columns.append(column)
         lower.append(low)
         upper.append(high)
+        planned.append(_planned(task, name, actuator, (low, high)))
         units.append("N" if speed_units[first] == "m/s" else "N m")
     directions = ca.horzcat(*columns) if columns else ca.SX(len(robot.velocity_names), 0)
     matrix = ca.Function("B", [q], [directions])
-    return Actuation(list(actuators), np.array(lower), np.array(upper), units, matrix)
+    planned_lower, planned_upper = np.array(planned).reshape(-1, 2).T
+    return Actuation(
+        names=list(actuators),
+        lower=np.array(lower),
+        upper=np.array(upper),
+        planned_lower=planned_lower,
+        planned_upper=planned_upper,
+        units=units,
+        matrix=matrix,
+    )
+
+
+def _planned(
+    task: Task, name: str, actuator: JointActuator | GeneralizedForceActuator, limits: tuple[float, float]
+) -> tuple[float, float]:
+    """Return what a plan may use of the limits of a control, each of which is a largest size of its sign.
+
+    Raises:
+        TaskError: limits of one sign between which the reserve leaves nothing.
+    """
+    own = actuator.reserve is not None
+    reserve = task.reserve.effort if actuator.reserve is None else actuator.reserve
+    low, high = limits
+    planned = low * (1 - reserve) if low < 0 else low, high * (1 - reserve) if high > 0 else high
+    if not planned[0] < planned[1]:
+        raise task.error(
+            ("robot", "actuators", name, "reserve") if own else ("reserve", "effort"),
+            f"found {reserve:g}, which leaves nothing of the limits [{low:g}, {high:g}] of '{name}', expected less",
+        )
+    return planned
 
 
 def check_driven(task: Task, robot: Robot) -> None:

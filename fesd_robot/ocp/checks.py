@@ -11,10 +11,13 @@ import pinocchio as pin
 
 from fesd_robot.contact import Contact, MultibodyDynamics
 from fesd_robot.exactness import ROUNDED
+from fesd_robot.fesd import FesdOptions, OptimalControlProblem
+from fesd_robot.fesd.layout import layout_of
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.targets import waypoint_times
 from fesd_robot.ocp.timing import TimeGrid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits
+from fesd_robot.ranges import MAX_VARIABLES
 from fesd_robot.robot import Robot
 from fesd_robot.task import KeyPath, Task
 
@@ -38,6 +41,21 @@ def check_inertia(task: Task, robot: Robot, configuration: np.ndarray) -> None:
         f"found coordinate '{name}' without inertia, so that a force accelerates it without bound; expected mass on "
         f"what it moves in the model, or robot.armature.{name} (kg or kg m2)",
     )
+
+
+def check_size(task: Task, ocp: OptimalControlProblem, options: FesdOptions) -> None:
+    """Raise if the nonlinear program of a task would not fit into the memory of a usual computer.
+
+    Raises:
+        TaskError: at horizon.intervals, with how many there may be.
+    """
+    elements = 1 if ocp.equations.moving else task.method.elements
+    size = layout_of(ocp.system, options, elements).size
+    if size * ocp.intervals > MAX_VARIABLES:
+        raise task.error(
+            "horizon.intervals",
+            f"found {ocp.intervals} intervals of {size} variables each, expected at most {MAX_VARIABLES // size}",
+        )
 
 
 def check_dry_friction(task: Task, robot: Robot) -> None:

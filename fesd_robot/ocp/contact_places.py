@@ -130,6 +130,7 @@ def _placed(task: Task, contact: BodyContact, outline: Outline) -> PointContact 
         "friction": friction,
         "restitution": contact.restitution,
         "slipping": contact.slipping,
+        "reserve": contact.reserve,
     }
     if outline.radius:
         return CircleContact(type="circle", radius=outline.radius, **common)

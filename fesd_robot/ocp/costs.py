@@ -145,7 +145,7 @@ def _friction_work(parts: ProblemParts, paid: Callable[[ca.SX, ca.SX, ca.SX], ca
         if weights.get(contact.name):
             speeds = contact.tangential_velocities(parts.dynamics.velocity)
             works = [paid(plus, minus, speed) for (plus, minus), speed in zip(own.sides, speeds, strict=True)]
-            power = contact.friction * sum(works[1:], works[0])
+            power = contact.usable_friction * sum(works[1:], works[0])
             if contact.restitution > 0 and not contact.in_space:
                 power *= 1 - own.normal**2
             total = total + parts.constants["costs", "slipping", contact.name] * parts.auxiliary_force * power

@@ -15,7 +15,7 @@ from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import OptionError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
 from fesd_robot.ocp.actuation import Actuation
-from fesd_robot.ocp.checks import check_forces, check_inertia, check_pace
+from fesd_robot.ocp.checks import check_forces, check_inertia, check_pace, check_size
 from fesd_robot.ocp.constants import Constants, constant_values
 from fesd_robot.ocp.constraints import add_forbidden_zones, with_swing_speeds
 from fesd_robot.ocp.contact_places import names_of_places, with_names_of_places
@@ -298,6 +298,16 @@ def formulate(task: Task, *, driven: bool = True, steps: StepOptions = StepOptio
     )
     ocp = optimal_control_problem(parts)
     check_targets(parts, ocp.constraints)
+    options = FesdOptions(
+        tableau=make_tableau(task.method.scheme, task.method.stages),
+        elements=task.method.elements,
+        cross_complementarity=_aggregation(task),
+        step_equilibration=task.method.step_equilibration.type,
+        equilibration_weight=task.method.step_equilibration.weight,
+        step_freedom=task.method.step_freedom,
+    )
+    if driven:
+        check_size(task, ocp, options)
     return MotionProblem(
         setup=setup,
         parts=parts,
@@ -305,14 +315,7 @@ def formulate(task: Task, *, driven: bool = True, steps: StepOptions = StepOptio
         default_costs=default_costs,
         scales=scales,
         ocp=ocp,
-        fesd=FesdOptions(
-            tableau=make_tableau(task.method.scheme, task.method.stages),
-            elements=task.method.elements,
-            cross_complementarity=_aggregation(task),
-            step_equilibration=task.method.step_equilibration.type,
-            equilibration_weight=task.method.step_equilibration.weight,
-            step_freedom=task.method.step_freedom,
-        ),
+        fesd=options,
     )
 
 

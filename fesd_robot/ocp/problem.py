@@ -92,6 +92,7 @@ def ocp_numbers(parts: ProblemParts) -> OcpNumbers:
     pace = (speed.lower, speed.upper) if contact_system.clock_stops or grid.free else (1.0, 1.0)
     if grid.moving:
         pace = (grid.lower / grid.nominal, grid.upper / grid.nominal)
+    idle = np.clip(0.0, actuation.planned_lower, actuation.planned_upper)
     compared = np.vstack([np.array([reference.configuration(end) for end in grid.ends]).T, grid.ends])
     parameters = np.vstack([compared, np.tile(values[:, None], grid.intervals)])
     return OcpNumbers(
@@ -107,10 +108,10 @@ def ocp_numbers(parts: ProblemParts) -> OcpNumbers:
         ),
         terminal_lower=np.concatenate([goal_lower, [last_clock[0]], -free_gaps, -free_slip]),
         terminal_upper=np.concatenate([goal_upper, [last_clock[1]], free_gaps, slip_limits]),
-        control_lower=np.append(actuation.lower, pace[0]),
-        control_upper=np.append(actuation.upper, pace[1]),
+        control_lower=np.append(actuation.planned_lower, pace[0]),
+        control_upper=np.append(actuation.planned_upper, pace[1]),
         state_guess=guess,
-        control_guess=np.tile(np.append(np.clip(0.0, actuation.lower, actuation.upper), 1.0), (grid.intervals, 1)).T,
+        control_guess=np.tile(np.append(idle, 1.0), (grid.intervals, 1)).T,
         clock=Clock(parts.clock_index, parameters_at) if grid.moving else None,
     )
 

@@ -15,6 +15,7 @@ from fesd_robot.instants import SAME_TIME
 from fesd_robot.ocp.vectors import initial_configuration
 from fesd_robot.orientations import angles_of, orientations_of, quaternion_entries, quaternion_of, turn_of, turns_of
 from fesd_robot.plans import read_plan
+from fesd_robot.ranges import MAX_TABLE_BYTES, too_large
 from fesd_robot.robot import Robot, continuous_quaternions
 from fesd_robot.task import Task
 
@@ -84,8 +85,10 @@ def columns_of_csv(path: Path) -> dict[str, np.ndarray]:
     """Return the columns by name without unit, of two with one name the first; text that is no number is NaN.
 
     Raises:
-        MotionFileError: a row with more or less values than there are columns.
+        MotionFileError: a file that is too large, or a row with more or less values than there are columns.
     """
+    if fault := too_large(path, MAX_TABLE_BYTES):
+        raise MotionFileError(fault)
     with path.open(newline="", encoding="utf-8-sig") as stream:
         header, *rows = list(csv.reader(stream)) or [[]]
     rows = [row for row in rows if row]

@@ -76,6 +76,12 @@ def friction_of(task: Task, name: str) -> float:
     return _surface_of_contact(task, name).friction if own is None else own
 
 
+def reserve_of(task: Task, name: str) -> float:
+    """Return the part of its cone that a contact leaves unused where it sticks: its own, or that of the task."""
+    own = task.contacts[name].reserve
+    return task.reserve.friction if own is None else own
+
+
 def restitution_of(task: Task, name: str) -> float:
     """Return the coefficient of restitution of a contact: its own, or that of the surface it touches."""
     own = task.contacts[name].restitution

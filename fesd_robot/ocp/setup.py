@@ -15,7 +15,7 @@ from fesd_robot.errors import GroundError, RobotError
 from fesd_robot.ocp.actuation import Actuation, build_actuation, check_driven
 from fesd_robot.ocp.checks import check_contacts_move, check_dry_friction, check_impulses
 from fesd_robot.ocp.default_tolerances import with_slipping
-from fesd_robot.ocp.scene import friction_of, restitution_of, scene_of
+from fesd_robot.ocp.scene import friction_of, reserve_of, restitution_of, scene_of
 from fesd_robot.ocp.task_robot import load_task_robot
 from fesd_robot.robot import (
     Robot,
@@ -112,7 +112,10 @@ def _contacts(task: Task, robot: Robot, q: ca.SX, scene: Scene) -> list[Contact]
         except RobotError as error:
             raise task.error(("contacts", name, "frame"), str(error)) from error
         contacts.append(
-            replace(contact, slip_distance=_slip_distance(task, contact), restitution=_restitution(task, name))
+            _with_reserve(
+                task,
+                replace(contact, slip_distance=_slip_distance(task, contact), restitution=_restitution(task, name)),
+            )
         )
     return contacts
 
@@ -134,6 +137,27 @@ def _slip_distance(task: Task, contact: Contact) -> float:
     if slipping != "forbidden" and contact.in_space:
         raise task.error(key, f"found {found} for a contact in space, expected 'allowed', 'forbidden' or 'auto'")
     return 0.0 if slipping == "forbidden" else float(slipping)
+
+
+def _with_reserve(task: Task, contact: Contact) -> Contact:
+    """Return a contact with its reserve of friction; one without friction has none.
+
+    Raises:
+        TaskError: the contact's own reserve where it has no friction, or one of a contact that may slip or bounce in a
+            form of contact that does not know whether it sticks.
+    """
+    reserve, own = reserve_of(task, contact.name), bool(task.contacts[contact.name].reserve)
+    key = ("contacts", contact.name, "reserve") if own else ("reserve", "friction")
+    if own and contact.friction == 0:
+        raise task.error(key, f"found {reserve:g} for a contact without friction, expected friction greater than 0")
+    if reserve == 0 or contact.friction == 0:
+        return contact
+    what = f"found {reserve:g} for contact '{contact.name}', which may slip or bounce, beside"
+    if not contact.comes_to_rest and task.method.formulation.type != "multipliers":
+        raise task.error(key, f"{what} method.formulation.type 'steps', expected 'multipliers', or a reserve of 0")
+    if not contact.comes_to_rest and task.method.contact == "impulses":
+        raise task.error(key, f"{what} method.contact 'impulses', expected 'freezing', or slipping 'forbidden'")
+    return replace(contact, reserve=reserve)
 
 
 def _restitution(task: Task, name: str) -> float:

@@ -143,6 +143,20 @@ class Sequence:
             ),
         )
 
+    def sticking(self, where: Iterable[tuple[int, int]]) -> Sequence:
+        """Return the sequence in which contacts of given numbers stick in phases of given numbers.
+
+        One that hits where such a phase begins slips in that impact as it did, and then sticks.
+        """
+        phases = list(self.phases)
+        for i, n in where:
+            impacts = [one if one[n].hits else _with(one, n, ContactMode.STICK) for one in phases[i].impacts]
+            if impacts and impacts[-1][n].hits and impacts[-1][n] is not ContactMode.IMPACT_STICK:
+                impacts.append(_with(impacts[-1], n, ContactMode.IMPACT_STICK))
+            modes = _with(phases[i].modes, n, ContactMode.STICK)
+            phases[i] = replace(phases[i], modes=modes, impacts=tuple(impacts))
+        return replace(self, phases=joined(phases))
+
     def without(self, gone: Iterable[int]) -> Sequence:
         """Return the sequence without phases of given numbers.
 
@@ -170,6 +184,10 @@ class Sequence:
             ("!" if phase.impacts else "") + "".join(_LETTERS[mode] for mode in phase.modes)
             for phase in self.without_knots.phases
         ) + "!" * bool(self.at_end)
+
+
+def _with(modes: Modes, n: int, mode: ContactMode) -> Modes:
+    return (*modes[:n], mode, *modes[n + 1 :])
 
 
 def stuck(modes: Modes) -> Modes:

@@ -22,6 +22,7 @@ from fesd_robot.mpcc import (
 from fesd_robot.nlp import AT, AT_REST, FREE, NEAR, Hopeless, Iterate, NlpSettings, Start
 from fesd_robot.ocp import AUTOMATIC_AUXILIARY_FORCE, MotionProblem
 from fesd_robot.phases.discretised import Discretised, discretised
+from fesd_robot.phases.idle import idle_slides
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.start import start_along
@@ -195,8 +196,14 @@ class PhaseSolver:
 
     @property
     def over(self) -> bool:
-        """Whether the user or the time limit ended the last NLP, or no time is left."""
-        return self.run.deadline.left <= 0 or bool(self.reports and self.reports[-1].status.ended_early)
+        """Whether the user ended the last NLP, or no time is left."""
+        interrupted = bool(self.reports) and self.reports[-1].status is NlpStatus.INTERRUPTED
+        return interrupted or self.run.deadline.left <= 0
+
+    @property
+    def first(self) -> Discretised | None:
+        """The sequence on its grid that was asked for before all others that are kept; None if there is none."""
+        return next(iter(self._grids.values()), None)
 
     def from_guess(self, sequence: Sequence, below: float = np.inf) -> PhaseMotion | None:
         """Return the motion of a sequence, from the initial guess of the task; None if none is found.
@@ -205,7 +212,7 @@ class PhaseSolver:
             sequence: with durations that are guessed.
             below: cost above which durations are not freed; of a motion with given durations it is hardly reached.
         """
-        own = self._on_grid(sequence)
+        own = self.on_grid(sequence)
         effort, lengths, w = self.run.effort, own.sequence.durations, own.transcription.problem.start
         end = self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)
         if end is None:
@@ -231,12 +238,12 @@ class PhaseSolver:
             sequence: of the motion, with the durations of its guess.
             w: the motion, (n).
         """
-        own = self._on_grid(sequence)
+        own = self.on_grid(sequence)
         return KnownTrajectory.of(BranchMotion(own.polisher, w, own.branch))
 
     def motion_of(self, sequence: Sequence, report: PolishingReport) -> PhaseMotion:
         """Return a motion that another process has found, of a sequence with the durations of its guess."""
-        return PhaseMotion(self._on_grid(sequence), report)
+        return PhaseMotion(self.on_grid(sequence), report)
 
     def from_known(self, sequence: Sequence, along: KnownTrajectory) -> PhaseMotion | None:
         """Return the motion of the sequence of another motion, from that; None if none is found.
@@ -245,14 +252,15 @@ class PhaseSolver:
             sequence: of that motion, with its durations.
             along: that motion, on whatever grid.
         """
-        own = self._on_grid(sequence)
+        own = self.on_grid(sequence)
         w, lengths, iterations = start_along(along, own), own.sequence.durations, self.run.effort.free_iterations
         if found := self._freed(own, w, KNOWN, iterations, np.inf):
             return found
         end = self._end(own, w, lengths, lengths, KNOWN, iterations)
         if end is None or not end.exact:
             return None
-        return self._freed(own, end.w, NEIGHBOUR, iterations, np.inf) or PhaseMotion(own, end)
+        given = None if idle_slides(self.motion, own, end.w) else PhaseMotion(own, end)
+        return self._freed(own, end.w, NEIGHBOUR, iterations, np.inf) or given
 
     def from_motion(self, sequence: Sequence, along: KnownTrajectory, below: float = np.inf) -> PhaseMotion | None:
         """Return the motion of a sequence, from that of another; None if none is found.
@@ -262,7 +270,7 @@ class PhaseSolver:
             along: that motion.
             below: cost that it is to stay below; where it does not after one NLP it is given up.
         """
-        own, effort = self._on_grid(sequence), self.run.effort
+        own, effort = self.on_grid(sequence), self.run.effort
         screening = _Screening(below, sequence_of(along).key_with(self.motion.ocp.knots), effort.hope)
         return self._freed(own, start_along(along, own), NEIGHBOUR, effort.neighbour_iterations, below, screening)
 
@@ -313,26 +321,27 @@ class PhaseSolver:
                 w, settings = end.w, SETTLED if digits else GOING_ON
                 patience, at_once = patience - more, iterations
                 continue
-            found = near if end.exact else found
+            idle = idle_slides(self.motion, own, end.w) if violation <= NEARLY else []
+            found = near if end.exact and not idle else found
             durations = near.sequence.durations
             vanished = [i for i, duration in enumerate(durations) if duration <= VANISHED and len(durations) > 1]
             at_bound = (durations <= (1 + DURATION_AT_BOUND) * SHORTER * lengths) | (
                 durations >= (1 - DURATION_AT_BOUND) * LONGER * lengths
             )
-            fits = not (soft or vanished) and self._covered(near) and _well_shared(near)
+            fits = not (soft or vanished or idle) and self._covered(near) and _well_shared(near)
             moves = not fits or bool(at_bound.any())
             if end.exact and near.cost > below + (hope if moves else 0.0) * abs(below):
                 return None
             if end.exact and not moves:
                 return near
-            settings, at_once = AGAIN, ITERATIONS_AT_ONCE
+            settings, at_once = NEIGHBOUR if idle else AGAIN, ITERATIONS_AT_ONCE
             if fits:
                 lengths, w = durations, end.w
                 continue
-            less = near.sequence.without_impacts(soft).without(vanished)
+            less = near.sequence.sticking(idle) if idle else near.sequence.without_impacts(soft).without(vanished)
             if screening and near.cost > below and less.key_with(self.motion.ocp.knots) == screening.origin:
                 break
-            own = self._on_grid(less)
+            own = self.on_grid(less)
             lengths, w = own.sequence.durations, start_along(near.along, own)
         return found if found and found.cost < below else None
 
@@ -354,7 +363,7 @@ class PhaseSolver:
             for side in (0, 1)
         )
 
-    def _on_grid(self, sequence: Sequence) -> Discretised:
+    def on_grid(self, sequence: Sequence) -> Discretised:
         """Return a sequence on its grid; a few are kept, for all neighbours of a motion begin from its own."""
         asked = sequence.without_knots.lasting(self.motion.grid.nominal), self.parts
         known = self._grids.pop(asked, None)

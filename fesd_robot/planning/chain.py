@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.neighbours import KnownTrajectory
 from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 from fesd_robot.fesd.refinement import local_errors
-from fesd_robot.mpcc import BranchBounds, Mpcc, MpccSolution, NlpReport, Run, solve
+from fesd_robot.mpcc import BranchBounds, Mpcc, MpccSolution, NlpReport, Run, begun, solve
 from fesd_robot.nlp import NEAR, SAME, NlpPoint
 from fesd_robot.ocp import MotionProblem, formulate, with_hard_goal
 from fesd_robot.phases import PhaseMotion, PhaseSolver, SequenceSearch, guessed_sequences, hops, sequence_of
@@ -21,7 +22,17 @@ from fesd_robot.planning.fallbacks import Overrides, with_overrides
 from fesd_robot.planning.search_steps import SearchSteps
 from fesd_robot.plans import LocalSearch, Plan, TriedSequence
 from fesd_robot.refinement import NO_MOTION, Repair, SolvedMotion, refined
-from fesd_robot.running import Activity, ActivityCallback, InBackground, ProgressCallback, cores_for
+from fesd_robot.running import (
+    Activity,
+    ActivityCallback,
+    Deadline,
+    InBackground,
+    OutOfTime,
+    ProgressCallback,
+    check_time,
+    cores_for,
+    held_to,
+)
 from fesd_robot.starts import (
     earlier_trajectory,
     kept_motion,
@@ -36,6 +47,9 @@ from fesd_robot.task import coarser_intervals
 EARLY_AFTER = 2.0
 """s of search after which another process refines the cheapest motion so far, for those who wait; a search that is over
 by then has all cores for itself."""
+
+SEARCH_SHARE = 0.6
+"""Of the time that is left after the first motion, for cheaper ones; refinement and audit need the rest."""
 
 SIMPLER = ((0.03, False), (0.0, True), (0.05, True))
 """How sequences of a homotopy that lead to no motion are simplified: without phases that are shorter than this part of
@@ -79,10 +93,17 @@ class Chain:
             motion: the formulated task.
             hard_goal: as in `planner.attempt`.
         """
-        found = self._first(motion, Transcription(motion.ocp, motion.fesd))
+        transcription, begin = Transcription(motion.ocp, motion.fesd), time.perf_counter()
+        try:
+            found = self._first(motion, transcription)
+        except OutOfTime:
+            with held_to(Deadline()):
+                found = BranchTranscription(transcription), begun(transcription.problem, time.perf_counter() - begin)
         if hard_goal and motion.task.goal.soft:
             motion = with_hard_goal(motion)
-        return self._refined(SolvedMotion.of(motion, *found))
+        with held_to(Deadline()):
+            solved = SolvedMotion.of(motion, *found)
+        return self._refined(solved)
 
     def on_phases(self, motion: MotionProblem, *, hard_goal: bool = False) -> SolvedMotion | None:
         """Return the motion of a task whose control grid moves with its contacts, searched and refined.
@@ -99,20 +120,45 @@ class Chain:
         """
         task = motion.task
         self.on_activity(Activity.SEARCHING)
-        solver = PhaseSolver(motion, replace(self.run, report=self.reports.append))
+        solver, first = PhaseSolver(motion, replace(self.run, report=self.reports.append)), np.inf
         search = SequenceSearch(solver, cores_for(task.solver.processes), self.on_progress, self._cheaper)
         own = with_hard_goal(motion) if hard_goal and task.goal.soft else motion
-        if not self.run.effort.search_starts and (kept := self._kept(motion)):
-            return self._refined(replace(kept, motion=own))
+        with contextlib.suppress(OutOfTime):
+            if not self.run.effort.search_starts and (kept := self._kept(motion)):
+                return self._refined(replace(kept, motion=own))
+            try:
+                self._find(search, motion)
+                first = search.cost
+                if search.best and self.run.effort.search_starts:
+                    self.on_activity(Activity.IMPROVING)
+                    with self._shared(solver):
+                        self._improve(search, own)
+            finally:
+                search.close()
+        if search.best:
+            return self._refined(self._best(search, own, first if np.isfinite(first) else search.cost))
+        return self._guessed(solver, own) if self.run.deadline.left <= 0 else None
+
+    @contextlib.contextmanager
+    def _shared(self, solver: PhaseSolver) -> Iterator[None]:
+        """Give a solver a part of the time that is left."""
+        whole, solver.run = solver.run, solver.run.share(SEARCH_SHARE)
         try:
-            self._find(search, motion)
-            first = search.cost
-            if search.best and self.run.effort.search_starts:
-                self.on_activity(Activity.IMPROVING)
-                self._improve(search, own)
+            yield
         finally:
-            search.close()
-        return self._refined(self._best(search, own, first)) if search.best else None
+            solver.run = whole
+
+    def _guessed(self, solver: PhaseSolver, motion: MotionProblem) -> SolvedMotion | None:
+        """Return where the first sequence begins, which is no motion, for a task whose time limit came before any."""
+        with held_to(Deadline()):
+            own = solver.first
+            if own is None:
+                sequence = next(iter(guessed_sequences(motion)), None)
+                if sequence is None:
+                    return None
+                own = solver.on_grid(sequence)
+            solution = replace(begun(own.transcription.problem, 0.0), reports=list(self.reports))
+            return SolvedMotion(motion, BranchMotion(own.polisher, solution.w, own.branch), solution)
 
     def _kept(self, motion: MotionProblem) -> SolvedMotion | None:
         """Return the motion of an earlier plan on the elements and with the multipliers that it ended with.
@@ -137,7 +183,9 @@ class Chain:
     def _best(self, search: SequenceSearch, motion: MotionProblem, first: float) -> SolvedMotion:
         """Return the cheapest motion of a search, of which the first one had a cost."""
         assert search.best is not None
-        best = search.solver.settled(search.best)
+        best = search.best
+        with contextlib.suppress(OutOfTime):
+            best = search.solver.settled(best)
         solution = best.solution(list(self.reports), search.seconds)
         return replace(SolvedMotion.of(motion, best.own.polisher, solution), search=_summary(search, first))
 
@@ -180,6 +228,7 @@ class Chain:
                 _note_known(search, "plan that was there", trajectory_of_plan(self.earlier, motion.ocp.system))
             search.guesses(guessed_sequences(motion))
         if search.best is None:
+            check_time()
             search.guesses(hops(motion), "hops")
         if search.best is None and not solver.over:
             self._from_uniform(search, motion)
@@ -203,6 +252,7 @@ class Chain:
             uniform = formulate(with_overrides(task, changes))
             polisher = BranchTranscription(Transcription(uniform.ocp, uniform.fesd))
             found = self._loose(polisher)
+            check_time()
             self._from_branches(search, "coarse homotopy" if changes else "homotopy", polisher, found)
             if search.best is not None or search.solver.over:
                 return
@@ -236,10 +286,12 @@ class Chain:
     def _refined(self, motion: SolvedMotion) -> SolvedMotion:
         """Return a motion as accurate as its task asks for."""
         accuracy = motion.motion.task.method.accuracy
-        if accuracy == "none":
+        if accuracy == "none" or self.run.deadline.left <= 0:
             return motion
         self.on_activity(Activity.REFINING)
-        return refined(motion, accuracy, self.noted)
+        with contextlib.suppress(OutOfTime):
+            motion = refined(motion, accuracy, self.noted)
+        return motion
 
     def _first(self, motion: MotionProblem, transcription: Transcription) -> tuple[BranchTranscription, MpccSolution]:
         """Return the motion of an earlier plan, of the robot that is let go, or of a homotopy."""

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
 from fesd_robot.ranges import MAX_STAGES
-from fesd_robot.running import Deadline
 from fesd_robot.task import Task
 
 Overrides = dict[str, Any]
 """``section.key`` of the task -> value."""
-
-LEAST_SECONDS = 1e-3
-"""Time limit of an attempt for which no time is left; it ends at once."""
 
 
 def _other_loose_iterations(iterations: int) -> int:
@@ -49,11 +44,6 @@ def has_hard_goal(task: Task) -> bool:
     """Return whether a task has a goal that can be missed."""
     goal = task.goal
     return not goal.soft and goal.periodic is None and bool(goal.configuration or goal.velocity or goal.points)
-
-
-def time_left(deadline: Deadline) -> Overrides:
-    """Return the time limit of an attempt that begins now; no override if the task has none."""
-    return {} if math.isinf(deadline.left) else {"solver.time_limit": max(deadline.left, LEAST_SECONDS)}
 
 
 def with_overrides(task: Task, overrides: Overrides) -> Task:

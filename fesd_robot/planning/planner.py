@@ -10,9 +10,10 @@ from functools import partial
 import numpy as np
 
 from fesd_robot.arguments import checked
-from fesd_robot.mpcc import Certificate, NlpReport, Run
+from fesd_robot.mpcc import Certificate, NlpReport, NlpStatus, Run
 from fesd_robot.native import begin_building
 from fesd_robot.ocp import assembled_plan, conflict_of, formulate, homotopy_options
+from fesd_robot.ocp.judged import names_of
 from fesd_robot.planning.attempts import AttemptedPlan, NoSequence, best_plan
 from fesd_robot.planning.chain import Chain
 from fesd_robot.planning.fallbacks import (
@@ -20,29 +21,36 @@ from fesd_robot.planning.fallbacks import (
     SOFT_GOAL,
     Overrides,
     has_hard_goal,
-    time_left,
     with_overrides,
 )
 from fesd_robot.planning.suggestions import suggestions
 from fesd_robot.plans import (
+    ORDER_MATTERS,
+    Audit,
     Plan,
     SolveEffort,
     Status,
     controls_of,
+    landing_orders,
     overlaps_of_motion,
     replay_summary,
     settings_line,
     statistics_of,
     status_of,
+    use_warnings,
 )
 from fesd_robot.refinement import SolvedMotion, descended
+from fesd_robot.replay import MotionReplay
 from fesd_robot.running import (
     Activity,
     ActivityCallback,
     Deadline,
+    OutOfTime,
     ProgressCallback,
     SearchEffort,
     Stop,
+    held_deadline,
+    held_to,
     stop_requested,
 )
 from fesd_robot.starts import finite_elements_of
@@ -50,6 +58,9 @@ from fesd_robot.task import Jumps, Task
 from fesd_robot.tracking import with_gains
 
 logger = logging.getLogger(__name__)
+
+ORDER_SECONDS, ORDER_SHARE = 1.0, 0.05
+"""How long the orders of landings may take to work out: seconds, and a part of what the plan has taken."""
 
 
 @checked
@@ -67,9 +78,10 @@ def plan(
     """Plan the motion that a task describes, and with fallback settings if its own do not solve it.
 
     Args:
-        task: from `load_task`. Where no sequence of phases leads to a motion on a control grid that moves, it is
-            planned on one that stands still. `task.solver.retries` is the number of fallback settings
-            (`planning.fallbacks.FALLBACKS`); after them a motion is looked for that comes near to the goal.
+        task: from `load_task`; its time limit counts from now on, or is that of `running.held_to`. Where no sequence of
+            phases leads to a motion on a control grid that moves, it is planned on one that stands still.
+            `task.solver.retries` is the number of fallback settings (`planning.fallbacks.FALLBACKS`); after them a
+            motion is looked for that comes near to the goal.
         progress: called after every NLP of the homotopy, and with the NLPs of ever cheaper motions of the search.
         stop: called once an IPOPT iteration with (iteration, objective), and while other processes are waited for with
             (0, NaN); True ends the solve, and the best motion by then is returned, or the best iterate as not solved.
@@ -102,7 +114,8 @@ def plan(
         early=early,
         earlier=earlier,
     )
-    best = _best_of(task, run, tried, retrying, on_activity)
+    with held_to(run.deadline):
+        best = _best_of(task, run, tried, retrying, on_activity)
     return with_gains(best) if task.output.gains and best.status.solved else best
 
 
@@ -125,8 +138,7 @@ def _best_of(
         if attempts and retrying:
             retrying(overrides, attempts[-1].plan)
         begin = deadline.spent
-        changed = with_overrides(task, {**overrides, **time_left(deadline)})
-        attempts.append(AttemptedPlan(overrides, tried(changed), deadline.spent - begin))
+        attempts.append(AttemptedPlan(overrides, tried(with_overrides(task, overrides)), deadline.spent - begin))
         if attempts[-1].final or stop_requested(stop):
             break
     best = best_plan(attempts)
@@ -186,13 +198,29 @@ def attempt(
         known if early else None,
         earlier=earlier,
     )
-    deadline, on_activity = run.deadline, chain.on_activity
+    with held_to(run.deadline):
+        plan = _chained(task, chain, hard_goal)
+    return min([plan, *before], key=lambda one: one.statistics.objective if one.status.solved else np.inf)
+
+
+def _chained(task: Task, chain: Chain, hard_goal: bool) -> Plan:
+    """Return the plan that the chain from a task leads to, of one attempt."""
+    clock, on_activity = Deadline(), chain.on_activity
     on_activity(Activity.BUILDING)
     if task.solver.linear_solver in ("auto", "fesd"):
         begin_building()
-    motion = formulate(task)
-    build_seconds = deadline.spent
-    chain = replace(chain, as_early=lambda solved: _plan_of(solved, None, chain, build_seconds))
+    try:
+        motion = formulate(task)
+    except OutOfTime:
+        raise task.error("solver.time_limit", TOO_SHORT) from None
+    build_seconds = clock.spent
+
+    def planned(solved: SolvedMotion, certificate: Certificate | None = None) -> Plan:
+        return _plan_of(
+            solved, certificate, chain, SolveEffort(chain.reports, build_seconds, clock.spent - build_seconds)
+        )
+
+    chain = replace(chain, as_early=planned)
     if motion.grid.moving:
         found = chain.on_phases(motion, hard_goal=hard_goal)
         if found is None:
@@ -201,39 +229,92 @@ def attempt(
     else:
         solved = chain.on_uniform_grid(motion, hard_goal=hard_goal)
     solved, certificate = descended(solved, task, chain.noted, on_activity)
-    plan = _plan_of(solved, certificate, chain, build_seconds)
-    return min([plan, *before], key=lambda one: one.statistics.objective if one.status.solved else np.inf)
+    return _with_landing_orders(planned(solved, certificate), solved, chain.run.deadline)
 
 
-def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain, build_seconds: float) -> Plan:
-    """Return the plan of a motion, with its certificate if there is one."""
-    motion, transcription, solution, w = solved.motion, solved.transcription, solved.solution, solved.on_branch.w
-    deadline = chain.run.deadline
-    effort = SolveEffort(chain.reports, build_seconds, deadline.spent - build_seconds)
-    statistics = statistics_of(
-        transcription.problem,
-        solution,
-        effort,
-        transcription.cost_terms(w),
-        solved.stages,
-        solved.search,
-        solved.refinement,
-    )
-    names, controls = motion.actuation.names, transcription.controls(w)
-    plan = assembled_plan(
-        motion,
-        solved.physical,
-        solved.physics,
-        controls_of(controls[: len(names)], names, _interval_starts(solved)),
-        status=_status(solved, certificate, chain.run),
-        audit=solved.audit,
-        outcome=solved.outcome,
-        statistics=statistics,
-    )
-    summary = replay_summary(solved.replay, motion.robot.velocity_names)
-    elements = finite_elements_of(solved.on_branch) if solution.exact else None
-    warnings = overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
+def _plan_of(solved: SolvedMotion, certificate: Certificate | None, chain: Chain, effort: SolveEffort) -> Plan:
+    """Return the plan of a motion, with its certificate if there is one.
+
+    A motion that is one is still driven again for a moment after the time limit; where that does not suffice it is not
+    known to be solved.
+    """
+    with held_to(Deadline()):
+        conflict, replay = _conflict(solved, chain.run), _replay_of(solved, chain.run)
+        audit = solved.audit if replay else solved.audit_without_replay
+        motion, transcription, w = solved.motion, solved.transcription, solved.on_branch.w
+        names, controls = motion.actuation.names, transcription.controls(w)
+        plan = assembled_plan(
+            motion,
+            solved.physical,
+            solved.physics,
+            controls_of(controls[: len(names)], names, _interval_starts(solved)),
+            status=_status(solved, certificate, audit, conflict, replayed=replay is not None),
+            audit=audit,
+            outcome=solved.outcome,
+            statistics=statistics_of(
+                transcription.problem,
+                solved.solution,
+                effort,
+                transcription.cost_terms(w),
+                solved.stages,
+                solved.search,
+                None if chain.run.deadline.left <= 0 and not solved.has_errors else solved.refinement,
+            ),
+        )
+        summary = replay_summary(replay, motion.robot.velocity_names) if replay else None
+        elements = finite_elements_of(solved.on_branch) if solved.solution.exact else None
+        warnings = [*_overlaps_of(solved, chain.run), *use_warnings(solved.outcome.contacts)]
     return plan.model_copy(update={"replay": summary, "finite_elements": elements, "warnings": warnings})
+
+
+def _with_landing_orders(plan: Plan, solved: SolvedMotion, deadline: Deadline) -> Plan:
+    """Return a solved plan with what another order would change of its landings, as far as there is time."""
+    if not plan.status.solved:
+        return plan
+    end = deadline.spent + ORDER_SECONDS + ORDER_SHARE * deadline.spent
+
+    def goes_on() -> bool:
+        return deadline.left > 0 and deadline.spent < end
+
+    orders = landing_orders(solved.physical, solved.physics, names_of(solved.motion), goes_on)
+    told = [one.sentence for one in orders if one.part > ORDER_MATTERS]
+    return plan.model_copy(update={"landing_orders": orders, "warnings": [*plan.warnings, *told]})
+
+
+def _replay_of(solved: SolvedMotion, run: Run) -> MotionReplay | None:
+    """Return the motion driven again, None where no time is left for that."""
+    try:
+        with held_to(_for_audit(solved, run)):
+            return solved.replay
+    except OutOfTime:
+        return None
+
+
+def _for_audit(solved: SolvedMotion, run: Run) -> Deadline:
+    """Return the clock of what is found out about a motion: one that is none is not looked at after the time limit."""
+    return run.deadline.with_grace if solved.solution.solved else run.deadline
+
+
+def _overlaps_of(solved: SolvedMotion, run: Run) -> list[str]:
+    """Return a sentence for what overlaps along a motion, or that no time was left to look."""
+    motion = solved.motion
+    try:
+        with held_to(_for_audit(solved, run)):
+            return overlaps_of_motion(motion.task, motion.robot, motion.scene.surfaces, solved.physical)
+    except OutOfTime:
+        return ["Whether bodies overlap is not known: the time limit came before that was looked at."]
+
+
+def _conflict(solved: SolvedMotion, run: Run) -> str:
+    """Return what stands against each other where a motion is not solved, as far as time is left to find it."""
+    if solved.solution.solved:
+        return ""
+    seconds = min(run.effort.conflict_seconds, 0.5 * run.deadline.left)
+    try:
+        with held_to(run.deadline):
+            return conflict_of(solved.motion, solved.on_branch.polisher, solved.on_branch.w, seconds)
+    except OutOfTime:
+        return ""
 
 
 def _interval_starts(solved: SolvedMotion) -> np.ndarray:
@@ -244,26 +325,38 @@ def _interval_starts(solved: SolvedMotion) -> np.ndarray:
     return grid.duration(ends) * np.arange(len(ends)) / len(ends)
 
 
-def _status(solved: SolvedMotion, certificate: Certificate | None, run: Run) -> Status:
+def _status(
+    solved: SolvedMotion, certificate: Certificate | None, audit: Audit, conflict: str, *, replayed: bool
+) -> Status:
     """Return the status of a motion, with its certificate if there is one."""
     motion, solution, w, known = solved.motion, solved.solution, solved.on_branch.w, solved.solution.solved
-    seconds = min(run.effort.conflict_seconds, 0.5 * run.deadline.left)
-    return status_of(
+    status = status_of(
         solution,
-        solved.audit,
+        audit,
         solved.outcome,
         motion.task.solver.tolerance,
         certificate,
-        [] if known else solved.on_branch.polisher.out_of_elements(w),
+        [] if known or not replayed else solved.on_branch.polisher.out_of_elements(w),
         isinstance(motion.task.reference, Jumps),
-        "" if known else conflict_of(motion, solved.on_branch.polisher, w, seconds),
+        conflict,
     )
+    if replayed or not status.solved:
+        return status
+    return status.model_copy(update={"solved": False, "audit_passed": False, "message": NOT_REPLAYED})
+
+
+TOO_SHORT = "the time limit came while the equations were built, expected a longer one"
+
+NOT_REPLAYED = (
+    "Not solved: time limit before the motion was driven again by the laws of rigid bodies, as the physics audit asks "
+    f"for; {NlpStatus.TIME_LIMIT.advice}."
+)
 
 
 def _run_of(task: Task, stop: Stop | None, report: Callable[[NlpReport], None] | None) -> Run:
-    """Return what all NLPs of a task have in common."""
-    effort = SearchEffort.of(task.solver.effort)
-    return Run(homotopy_options(task), Deadline(task.solver.time_limit), stop, report, effort)
+    """Return what all NLPs of a task have in common; its deadline is the one that is held to, if there is one."""
+    effort, deadline = SearchEffort.of(task.solver.effort), held_deadline() or Deadline(task.solver.time_limit)
+    return Run(homotopy_options(task), deadline, stop, report, effort)
 
 
 def _settings(task: Task) -> list[Overrides]:
@@ -286,8 +379,8 @@ def _with_what_helps(
             break
         if retrying:
             retrying(changes, last)
-        settings: Overrides = {"solver.effort": "quick", **time_left(run.deadline)}
-        last = attempt(with_overrides(changed, settings), progress=run.report, stop=run.stop, on_activity=on_activity)
+        quick = with_overrides(changed, {"solver.effort": "quick"})
+        last = attempt(quick, progress=run.report, stop=run.stop, on_activity=on_activity)
         tried = AttemptedPlan(changes, last, 0.0)
         if tried.solved:
             message = f"{plan.status.message} Tried, and solved: the same task with {settings_line(changes)}."

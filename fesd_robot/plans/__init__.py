@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 from fesd_robot.lazy import lazy_exports
 
 __all__ = [
+    "ANIMATION_FILE",
     "COMPARISON_FILE",
     "EXPORTS",
     "FIGURES_FOLDER",
     "FILES",
+    "ORDER_MATTERS",
     "PAGE_FILE",
     "REPLAY",
     "Attempt",
@@ -50,8 +52,10 @@ __all__ = [
     "joint_friction_of",
     "joint_switches_of",
     "joint_trajectory",
+    "landing_orders",
     "obstacle_geometry",
     "overlaps_of_motion",
+    "place",
     "read_plan",
     "replay_entries",
     "replay_summary",
@@ -63,6 +67,9 @@ __all__ = [
     "task_of",
     "task_to_improve",
     "task_to_refine",
+    "use_warnings",
+    "write_into",
+    "write_or_keep",
     "write_plan",
 ]
 
@@ -78,21 +85,14 @@ if TYPE_CHECKING:
     from fesd_robot.plans.continued import task_to_improve, task_to_refine
     from fesd_robot.plans.exports import EXPORTS, export
     from fesd_robot.plans.exports.joint_trajectory import joint_trajectory
-    from fesd_robot.plans.files import (
-        COMPARISON_FILE,
-        FIGURES_FOLDER,
-        FILES,
-        PAGE_FILE,
-        check_output_folder,
-        read_plan,
-        write_plan,
-    )
+    from fesd_robot.plans.files import read_plan, write_into, write_or_keep, write_plan
     from fesd_robot.plans.findings import REPLAY, findings_of_notes
     from fesd_robot.plans.finite_elements import BranchNlpRecord, FiniteElements, Multipliers
     from fesd_robot.plans.full_model import full_model_of
     from fesd_robot.plans.gains import ReferenceSegment, TrackingGains
     from fesd_robot.plans.goal_outcome import goal_entries
     from fesd_robot.plans.joint_friction import joint_friction_of, joint_switches_of
+    from fesd_robot.plans.landing_order import ORDER_MATTERS, landing_orders
     from fesd_robot.plans.measured import Names
     from fesd_robot.plans.origin import task_of
     from fesd_robot.plans.outcome import Outcome
@@ -114,8 +114,18 @@ if TYPE_CHECKING:
     from fesd_robot.plans.replay_record import replay_entries, replay_summary
     from fesd_robot.plans.report_text import report
     from fesd_robot.plans.resample import resampled
+    from fesd_robot.plans.results_folder import (
+        ANIMATION_FILE,
+        COMPARISON_FILE,
+        FIGURES_FOLDER,
+        FILES,
+        PAGE_FILE,
+        check_output_folder,
+        place,
+    )
     from fesd_robot.plans.statistics import SolveEffort, statistics_of
     from fesd_robot.plans.tables import settings_line
+    from fesd_robot.plans.use_words import use_warnings
     from fesd_robot.plans.verdict import status_of
 else:
     __getattr__, __dir__ = lazy_exports(
@@ -132,21 +142,14 @@ else:
             "fesd_robot.plans.continued": ["task_to_improve", "task_to_refine"],
             "fesd_robot.plans.exports": ["EXPORTS", "export"],
             "fesd_robot.plans.exports.joint_trajectory": ["joint_trajectory"],
-            "fesd_robot.plans.files": [
-                "COMPARISON_FILE",
-                "FIGURES_FOLDER",
-                "FILES",
-                "PAGE_FILE",
-                "check_output_folder",
-                "read_plan",
-                "write_plan",
-            ],
+            "fesd_robot.plans.files": ["read_plan", "write_into", "write_or_keep", "write_plan"],
             "fesd_robot.plans.findings": ["REPLAY", "findings_of_notes"],
             "fesd_robot.plans.finite_elements": ["BranchNlpRecord", "FiniteElements", "Multipliers"],
             "fesd_robot.plans.full_model": ["full_model_of"],
             "fesd_robot.plans.gains": ["ReferenceSegment", "TrackingGains"],
             "fesd_robot.plans.goal_outcome": ["goal_entries"],
             "fesd_robot.plans.joint_friction": ["joint_friction_of", "joint_switches_of"],
+            "fesd_robot.plans.landing_order": ["ORDER_MATTERS", "landing_orders"],
             "fesd_robot.plans.measured": ["Names"],
             "fesd_robot.plans.origin": ["task_of"],
             "fesd_robot.plans.outcome": ["Outcome"],
@@ -168,8 +171,18 @@ else:
             "fesd_robot.plans.replay_record": ["replay_entries", "replay_summary"],
             "fesd_robot.plans.report_text": ["report"],
             "fesd_robot.plans.resample": ["resampled"],
+            "fesd_robot.plans.results_folder": [
+                "ANIMATION_FILE",
+                "COMPARISON_FILE",
+                "FIGURES_FOLDER",
+                "FILES",
+                "PAGE_FILE",
+                "check_output_folder",
+                "place",
+            ],
             "fesd_robot.plans.statistics": ["SolveEffort", "statistics_of"],
             "fesd_robot.plans.tables": ["settings_line"],
+            "fesd_robot.plans.use_words": ["use_warnings"],
             "fesd_robot.plans.verdict": ["status_of"],
         },
     )

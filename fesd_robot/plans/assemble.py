@@ -5,13 +5,12 @@ from __future__ import annotations
 import datetime
 import importlib.metadata
 import platform
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from fesd_robot.plans.checkout import checked_out_commit
 from fesd_robot.plans.plan import ContactHistory, Impulse, Provenance, Switch, Trajectory
 from fesd_robot.recovery import NumericPhysics, PhysicalMotion
 
@@ -73,7 +72,7 @@ def impulses_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Impulse]:
 
 
 def provenance(folder: Path) -> Provenance:
-    """Return package versions, the folder that the task lies in with its git state, and the time in UTC."""
+    """Return package versions, the folder that the task lies in with the commit there, and the time in UTC."""
     versions: dict[str, str] = {"python": platform.python_version()}
     for package in PACKAGES:
         try:
@@ -81,13 +80,4 @@ def provenance(folder: Path) -> Provenance:
         except importlib.metadata.PackageNotFoundError:
             versions[package] = "not installed"
     created = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
-    return Provenance(versions=versions, git=_git_state(folder), created=created, folder=str(folder.absolute()))
-
-
-def _git_state(folder: Path) -> str:
-    command: list[Any] = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=12"]
-    try:
-        answer = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
-    except (OSError, subprocess.TimeoutExpired):
-        return "none"
-    return answer.stdout.strip() if answer.returncode == 0 else "none"
+    return Provenance(versions=versions, git=checked_out_commit(folder), created=created, folder=str(folder.absolute()))

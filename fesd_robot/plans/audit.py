@@ -15,7 +15,14 @@ from fesd_robot.plans.findings import findings_of
 from fesd_robot.plans.measured import Measured, Names, largest, largest_entry
 from fesd_robot.plans.mode_forces import ModeForces
 from fesd_robot.plans.stage_forces import StageForces
-from fesd_robot.recovery import NumericPhysics, PhysicalMotion, normal_rows, split_contact_force, stacked_rows
+from fesd_robot.recovery import (
+    NumericPhysics,
+    PhysicalMotion,
+    by_contact,
+    normal_rows,
+    split_contact_force,
+    stacked_rows,
+)
 from fesd_robot.replay import impact, rebounds
 from fesd_robot.robot import STANDARD_GRAVITY
 
@@ -248,7 +255,8 @@ class _Energies:
     """The balance of energy of a motion over its control intervals.
 
     Attributes:
-        errors: |change of energy - work - losses of impacts| of every interval, J.
+        errors: |change of energy - work - losses of impacts| of every interval, J. Contacts only take energy: what they
+            add, as where a foot is pushed along while it sticks, is no work here but an error.
         turnover: mean of what an interval turns over, J: the integral of |controls' power| by coordinate, |power| of
             every contact and damping, the change of potential energy from sample to sample, and losses of impacts.
     """
@@ -264,24 +272,22 @@ class _Energies:
         for k in range(1, len(energy)):
             balance += energy[k] - energy[k - 1] - jumps.get(k, 0.0)
             if motion.weight[k] > 0:
-                work = motion.weight[k] * self._powers(k)
-                balance -= float(work.sum())
-                turned_over += float(np.abs(work).sum())
+                work, of_contacts = (motion.weight[k] * powers for powers in self._powers(k))
+                balance -= float(work.sum() + np.minimum(of_contacts.sum(axis=1), 0.0).sum())
+                turned_over += float(np.abs(work).sum() + np.abs(of_contacts).sum())
             if k + 1 == len(energy) or motion.interval[k + 1] != motion.interval[k]:
                 self.errors.append(Measured(abs(float(balance)), float(motion.time[k]), int(motion.interval[k])))
                 balance = 0.0
         self.turnover = turned_over / max(len(self.errors), 1)
 
-    def _powers(self, k: int) -> np.ndarray:
-        """Return the powers of controls, damping and dry friction by coordinate, and of every contact force, W."""
+    def _powers(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the powers of controls, damping and dry friction by coordinate, and of contacts, (n_c, rows), W."""
         motion, physics = self._motion, self._physics
         q, v = motion.configuration[k], motion.velocity[k]
         velocity = physics.contact_jacobian(q) @ v
-        return np.concatenate(
-            [
-                physics.generalized_force(q, motion.control[k]) * v,
-                -physics.damping * v**2,
-                motion.dry_friction(k) * v,
-                stacked_rows(motion.force[k]) * velocity,
-            ]
-        )
+        work = [
+            physics.generalized_force(q, motion.control[k]) * v,
+            -physics.damping * v**2,
+            motion.dry_friction(k) * v,
+        ]
+        return np.concatenate(work), by_contact(stacked_rows(motion.force[k]) * velocity, physics.rows)

@@ -179,7 +179,10 @@ class Audit(Record):
     max_energy_error: Annotated[
         float,
         AuditEntry(
-            "the largest mismatch of the energy balance over a control interval", "J", 1e-2, turnover_ratio=2e-3
+            "the largest mismatch of the energy balance over a control interval, in which contacts add no energy",
+            "J",
+            1e-2,
+            turnover_ratio=2e-3,
         ),
     ]
     max_slip_violation: Annotated[
@@ -191,6 +194,15 @@ class Audit(Record):
     max_slip_distance_violation: Annotated[
         float | None,
         AuditEntry("the largest excess of what a contact slips in all over the distance that it may slip", "m", 1e-6),
+    ] = None
+    max_reserve_violation: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest part of its cone of friction that a contact uses beyond what its reserve leaves it, where it "
+            "sticks or comes to rest",
+            "",
+            1e-2,
+        ),
     ] = None
     max_constraint_violation: Annotated[
         float | None,

@@ -10,7 +10,7 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode
 from fesd_robot.instants import SAME_EVENT
-from fesd_robot.plans.outcome import ContactImpact, ContactOutcome, Flight, Slide
+from fesd_robot.plans.outcome import ContactImpact, ContactOutcome, Flight, FrictionUse, Slide
 from fesd_robot.recovery import SLIP_VELOCITY, NumericPhysics, PhysicalMotion, normal_rows, tangential_rows
 
 
@@ -36,9 +36,15 @@ def contact_outcomes(
             flights=list(samples.flights(contact)),
             slides=list(samples.slides(contact)),
             impacts=list(samples.impacts(contact)),
+            sticking=samples.sticking(contact),
+            landing=samples.landing(contact),
         )
         for contact, name in enumerate(names)
     }
+
+
+NO_FORCE = 1e-3
+"""Of the largest normal force, or impulse, of all contacts: at less the use of friction means nothing."""
 
 
 class _Samples:
@@ -46,7 +52,7 @@ class _Samples:
 
     def __init__(self, motion: PhysicalMotion, physics: NumericPhysics) -> None:
         count, contacts = len(motion.time), len(physics.friction)
-        self._motion = motion
+        self._motion, self._friction = motion, physics.friction
         self._impact_before = {impact.after: impact for impact in motion.impacts}
         self._gap, self._rate, self._speed = (np.zeros((count, contacts)) for _ in range(3))
         self._point = np.zeros((count, contacts, 3))
@@ -86,6 +92,32 @@ class _Samples:
                     normal_impulse=float(impact.impulse[contact, 0]),
                     approach_velocity=-float(self._rate[impact.before, contact]),
                 )
+
+    def sticking(self, contact: int) -> FrictionUse | None:
+        """Return the largest use of friction where a contact sticks, without the slow ends of slides."""
+        motion, least = self._motion, NO_FORCE * float(self._motion.force[:, :, 0].max(initial=0.0))
+        slips = np.pad(motion.mode[:, contact] == ContactMode.SLIP, 1)
+        sticks = (motion.mode[:, contact] == ContactMode.STICK) & ~slips[:-2] & ~slips[2:]
+        found = [(motion.force[k, contact], float(motion.time[k])) for k in np.flatnonzero(sticks)]
+        return self._most(contact, found, least)
+
+    def landing(self, contact: int) -> FrictionUse | None:
+        """Return the largest use of friction by the impulse of an impact after which a contact sticks."""
+        motion, impacts = self._motion, self._motion.impacts
+        least = NO_FORCE * max((float(one.impulse[:, 0].max()) for one in impacts), default=0.0)
+        lands = [one for one in impacts if one.taking_part[contact]]
+        lands = [one for one in lands if motion.mode[one.after, contact] is ContactMode.STICK]
+        return self._most(contact, [(one.impulse[contact], float(motion.time[one.after])) for one in lands], least)
+
+    def _most(self, contact: int, forces: Sequence[tuple[np.ndarray, float]], least: float) -> FrictionUse | None:
+        """Return the largest use of friction by forces, (rows), at their times, of those larger than the least."""
+        mu = float(self._friction[contact])
+        uses = [
+            FrictionUse(share=float(np.linalg.norm(force[1:]) / (mu * force[0])), time=time)
+            for force, time in forces
+            if mu > 0 and force[0] > least
+        ]
+        return max(uses, key=lambda use: use.share, default=None)
 
     def _takes_part(self, contact: int, after: int) -> bool:
         """Return whether a sample is the one after an impact of the contact."""

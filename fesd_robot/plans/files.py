@@ -1,12 +1,12 @@
-"""Reading and writing plans; a folder of results is replaced as a whole or not at all."""
+"""Reading and writing plans."""
 
 from __future__ import annotations
 
 import logging
-import os
+import re
+import shutil
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -20,23 +20,18 @@ from fesd_robot.plans.origin import check_task
 from fesd_robot.plans.plan import SCHEMA_VERSION, Plan
 from fesd_robot.plans.renamed_keys import rename_plan_keys
 from fesd_robot.plans.report_text import report
+from fesd_robot.plans.results_folder import (
+    FIGURES_FOLDER,
+    PLAN_FILE,
+    REPORT_FILE,
+    finish_interrupted,
+    place,
+    refuse_others,
+)
 from fesd_robot.task import TwoNamesError
+from fesd_robot.writing import staging_folder, write_atomically
 
 logger = logging.getLogger(__name__)
-
-PLAN_FILE, REPORT_FILE, PAGE_FILE, FIGURES_FOLDER = "plan.json", "report.md", "plan.html", "figures"
-
-COMPARISON_FILE = "comparison.html"
-"""The page of two plans, which a run does not leave."""
-
-FILES = (
-    PLAN_FILE,
-    *(each.file for each in EXPORTS.values() if each.with_plan),
-    REPORT_FILE,
-    PAGE_FILE,
-    FIGURES_FOLDER,
-)
-"""Files that a run may leave, in the order to look at them."""
 
 _NO_JSON = "not a plan: expected the JSON that fesd-robot plan writes"
 
@@ -52,6 +47,8 @@ def read_plan(path: Path | str) -> Plan:
     """
     path = Path(path)
     file = path / PLAN_FILE if path.is_dir() else path
+    if file.name == PLAN_FILE and file.parent.is_dir():
+        finish_interrupted(file.parent.resolve())
     if not file.is_file():
         what = f"the folder holds no {PLAN_FILE}" if path.is_dir() else "there is no such file or folder"
         raise PlanFileError(f"{path}: {what}, expected a folder of results or the {PLAN_FILE} in it")
@@ -96,87 +93,88 @@ def _why_no_plan(error: ValidationError) -> str:
     return f"not a plan of this version: {where}: {errors[0]['msg']}"
 
 
-def check_output_folder(folder: Path) -> None:
-    """Raise unless results may be written there: a new or empty folder, or one that holds an earlier plan.
-
-    Raises:
-        PlanFileError: a file is in the way, or the folder holds something else.
-    """
-    folder = folder.resolve()
-    if folder == Path.cwd() or folder in Path.cwd().parents:
-        raise PlanFileError(f"{folder}: is the current folder or one above it; choose another --out")
-    if folder.exists() and not folder.is_dir():
-        raise PlanFileError(f"{folder}: cannot hold results, it is a file; choose another --out")
-    parent = next(parent for parent in folder.parents if parent.exists())
-    if not parent.is_dir():
-        raise PlanFileError(f"{folder}: cannot hold results, {parent} is a file; choose another --out")
-    if not os.access(parent, os.W_OK):
-        raise PlanFileError(f"{folder}: cannot hold results, {parent} is not writable; choose another --out")
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / PLAN_FILE).is_file():
-        raise PlanFileError(
-            f"{folder}: holds files but no {PLAN_FILE}, so it is no folder of results; choose another --out"
-        )
-
-
 @checked
 def write_plan(plan: Plan, folder: Path | str, extras: Callable[[Path], None] | None = None) -> Path:
     """Write a plan's files into `folder` and return it.
 
-    Everything is written beside the folder first and takes its place in one move, so that an interrupted run leaves
-    the earlier results whole. Files of an earlier plan go, files that are not a plan's stay.
+    Everything is written into a folder within it first and moved from there, the plan last (`results_folder`). Of an
+    earlier plan the files that a run leaves are replaced or removed; no other file is touched. Another run that writes
+    there is waited for. Where the files cannot be written the plan is written elsewhere.
 
     Args:
         extras: called with the folder being written, to add a page or figures.
 
     Raises:
-        PlanFileError: the folder cannot hold results.
+        PlanFileError: the folder cannot hold results, and nothing is written; or it could not be written to, and the
+            message says where the plan is.
     """
+    refuse_others(Path(folder))
+    return write_or_keep(plan, folder, extras)
+
+
+def write_or_keep(plan: Plan, folder: Path | str, extras: Callable[[Path], None] | None = None) -> Path:
+    """Write a plan's files as `write_plan` does, into a folder that was checked before; nothing makes it lose the plan.
+
+    Raises:
+        PlanFileError: the folder could not be written to, or has become one of something else; the message says where
+            the plan is.
+    """
+    try:
+        return write_into(plan, folder, extras)
+    except PlanFileError as error:
+        raise kept_elsewhere(plan, str(error)) from error
+    except OSError as error:
+        raise kept_elsewhere(plan, f"{folder}: cannot be written to ({error.strerror})") from error
+
+
+def write_into(plan: Plan, folder: Path | str, extras: Callable[[Path], None] | None = None) -> Path:
+    """Write a plan's files into `folder` or nowhere, else as `write_plan`.
+
+    Raises:
+        PlanFileError: the folder cannot hold results, or another run writes there.
+        OSError: it cannot be written to; what was there is as it was.
+    """
+    refuse_others(Path(folder))
     folder = Path(folder).resolve()
-    check_output_folder(folder)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with _staged(folder) as stage:
-        (stage / PLAN_FILE).write_text(plan.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    with staging_folder(folder) as stage:
+        write_atomically(stage / PLAN_FILE, (plan.model_dump_json(indent=1) + "\n").encode())
         for name, each in EXPORTS.items():
             if each.with_plan:
-                (stage / each.file).write_bytes(export(plan, name))
-        (stage / REPORT_FILE).write_text(report(plan), encoding="utf-8")
+                write_atomically(stage / each.file, export(plan, name))
+        write_atomically(stage / REPORT_FILE, report(plan).encode())
         if extras:
             extras(stage)
-            (stage / REPORT_FILE).write_text(report(plan, _picture(stage)), encoding="utf-8")
+            write_atomically(stage / REPORT_FILE, report(plan, _picture(stage)).encode())
+        place(stage, folder)
     return folder
+
+
+def kept_elsewhere(plan: Plan, why: str) -> PlanFileError:
+    """Write a plan into a new folder in the current folder, in that of temporary files or at home.
+
+    Args:
+        why: what is wrong with the folder that it should go to.
+
+    Returns:
+        an error that says both.
+    """
+    name, why = re.sub(r"[^A-Za-z0-9_-]", "_", plan.name)[:40], why.removesuffix("; choose another --out")
+    places = (Path.cwd, lambda: Path(tempfile.gettempdir()), Path.home)
+    for place_of in places:
+        try:
+            there = Path(tempfile.mkdtemp(prefix=f"{name}-", dir=place_of()))
+        except (OSError, RuntimeError):  # RuntimeError: nobody's home
+            continue
+        try:
+            write_into(plan, there)
+        except (OSError, PlanFileError):
+            shutil.rmtree(there, ignore_errors=True)
+            continue
+        return PlanFileError(f"{why}; the plan is written to {there}", kept=there)
+    return PlanFileError(f"{why}, nor can the current folder, that of temporary files or the home folder")
 
 
 def _picture(folder: Path) -> str | None:
     """Return the snapshots of a motion that a report can show, None where they were not drawn."""
     names = (f"{FIGURES_FOLDER}/snapshots.{kind}" for kind in ("png", "svg"))
     return next((name for name in names if (folder / name).is_file()), None)
-
-
-_OWN = {*FILES, *(each.file for each in EXPORTS.values())}
-"""Files that go with an earlier plan: those of its run, and exports beside it."""
-
-
-@contextmanager
-def _staged(folder: Path) -> Iterator[Path]:
-    """Yield a folder beside `folder` that replaces it at the end; if anything fails, the earlier results are back."""
-    with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as beside:
-        stage, earlier = Path(beside) / "new", Path(beside) / "earlier"
-        stage.mkdir()
-        yield stage
-        if not folder.exists():
-            stage.rename(folder)
-            return
-        try:
-            folder.rename(earlier)
-            for item in earlier.iterdir():
-                if item.name not in _OWN and not (stage / item.name).exists():
-                    item.rename(stage / item.name)
-            stage.rename(folder)
-        except BaseException:
-            if earlier.exists():
-                for item in [] if folder.exists() else list(stage.iterdir()):
-                    if item.name not in _OWN and not (earlier / item.name).exists():
-                        item.rename(earlier / item.name)
-                if not folder.exists():
-                    earlier.rename(folder)
-            raise

@@ -87,6 +87,11 @@ _WORDS = {
     "max_slip_distance_violation": _Words(
         "contact {subject} slips {value} too far in all", "its task limits the distance", _EXACT
     ),
+    "max_reserve_violation": _Words(
+        "contact {subject} uses {value} of its cone of friction more than it may",
+        "its task keeps a reserve where it sticks",
+        "slipping: forbidden, more time, or a smaller reserve.friction",
+    ),
     "max_constraint_violation": _Words("constraint {subject} is violated by {value}", "the task demands it", _EXACT),
     "max_goal_violation": _Words(
         "{subject} misses goal, start, period or duration by {value}",

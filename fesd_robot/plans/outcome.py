@@ -68,6 +68,13 @@ class Slide(Record):
     distance: float
 
 
+class FrictionUse(Record):
+    """Most of its cone of friction that a contact uses, |f_t| / (mu f_n), and when, s."""
+
+    share: float
+    time: float
+
+
 class ContactImpact(Record):
     """An impact of one contact: when, s, its normal impulse, N s, and how fast the gap closed before, m/s."""
 
@@ -77,11 +84,19 @@ class ContactImpact(Record):
 
 
 class ContactOutcome(Record):
-    """Flights, slides and impacts of one contact, each list in time order."""
+    """Flights, slides and impacts of one contact, each list in time order, and how much of its friction it uses.
+
+    Attributes:
+        sticking: most of its friction that it uses where it sticks; None if it never does, without friction, and in
+            plans that do not say it.
+        landing: the same of its impulses in impacts after which it sticks.
+    """
 
     flights: list[Flight] = Field(default_factory=list)
     slides: list[Slide] = Field(default_factory=list)
     impacts: list[ContactImpact] = Field(default_factory=list)
+    sticking: FrictionUse | None = None
+    landing: FrictionUse | None = None
 
     @property
     def slide_distance(self) -> float:

@@ -11,6 +11,7 @@ from fesd_robot.contact import Surface
 from fesd_robot.errors import RobotError
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.robot import BodyShapes, Depth, Robot
+from fesd_robot.running import check_time
 from fesd_robot.task import CircleContact, PointContact, Task, TwoBodyContact
 
 LEAST_DEPTH = 1e-3
@@ -45,7 +46,11 @@ def overlaps(task: Task, robot: Robot, surfaces: Mapping[str, Surface], moments:
         robot: of the task, with frames there.
         surfaces: name -> surface.
         moments: when to look.
+
+    Raises:
+        OutOfTime: the time limit came meanwhile.
     """
+    check_time()
     if robot.shapes is None or robot.shapes or robot.bodies:
         try:
             shapes = BodyShapes(robot)
@@ -83,6 +88,7 @@ class _Overlaps:
         """Return the deepest overlaps, one sentence for each body and surface and each two bodies."""
         worst: dict[tuple[str, ...], tuple[float, str]] = {}
         for when, q in moments:
+            check_time()
             if not np.isfinite(q).all():
                 continue
             for key, depth in self._found(q):

@@ -16,6 +16,7 @@ from fesd_robot.plans.finite_elements import FiniteElements
 from fesd_robot.plans.full_model import FullModelMotion
 from fesd_robot.plans.gains import TrackingGains
 from fesd_robot.plans.joint_friction import JointFrictionHistory, JointSwitch
+from fesd_robot.plans.landing_order import LandingOrder
 from fesd_robot.plans.outcome import Outcome
 from fesd_robot.plans.record import Array, Record
 from fesd_robot.plans.replay_record import ReplaySummary
@@ -294,7 +295,8 @@ class Provenance(Record):
 
     Attributes:
         versions: package name -> version.
-        git: state of the repository that the task lies in, or ``none``.
+        git: first 12 digits of the commit that is checked out where the task lies, or ``none``; in plans of earlier
+            versions what git describes it as.
         created: UTC time, ISO 8601.
         folder: absolute path of the folder where relative paths in the task start; None in plans that do not say it.
     """
@@ -320,7 +322,9 @@ class Plan(Record):
         replay: how far rigid bodies with the plan's controls come from it; None in plans that do not say it.
         joint_friction: velocity coordinate with dry friction -> history on `trajectory.time`.
         joint_switches: where these stick and slide, in time order.
-        warnings: sentences about bodies that go below the ground or into each other where no contact keeps them out.
+        landing_orders: what another order would change of landings in which several contacts hit at once.
+        warnings: sentences about bodies that go below the ground or into each other where no contact keeps them out,
+            contacts that use all of their friction, and landings that depend on the order of their contacts.
         finite_elements: the solution as it was found, for `solver.warm_start`; None where it is not exact, and in plans
             that do not have it.
         gains: feedback along it, where the task asks for `output.gains`.
@@ -346,6 +350,7 @@ class Plan(Record):
     replay: ReplaySummary | None = None
     joint_friction: dict[str, JointFrictionHistory] = Field(default_factory=dict)
     joint_switches: list[JointSwitch] = Field(default_factory=list)
+    landing_orders: list[LandingOrder] = Field(default_factory=list)
     warnings: list[str] = Field(default_factory=list)
     finite_elements: FiniteElements | None = None
     gains: TrackingGains | None = None

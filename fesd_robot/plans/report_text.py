@@ -12,6 +12,7 @@ from fesd_robot.plans.plan import Impulse, LocalSearch, Plan, Statistics, Status
 from fesd_robot.plans.sentences import sentences
 from fesd_robot.plans.stationarity_words import stationarity_sentence
 from fesd_robot.plans.tables import markdown_table, settings_line
+from fesd_robot.plans.use_words import use_section
 from fesd_robot.plans.verdict import given_limits, near_miss_words
 from fesd_robot.plans.weights import weights_of
 
@@ -29,6 +30,7 @@ def report(plan: Plan, picture: str | None = None) -> str:
     parts += [f"![The robot at a few moments]({picture})\n"] if picture else []
     parts += ["## Warnings\n\n" + "".join(f"- {warning}\n" for warning in plan.warnings)] if plan.warnings else []
     parts += [outcome_section(plan.outcome)] if plan.outcome else []
+    parts += [section] if (section := use_section(plan)) else []
     parts += [
         _contacts(plan),
         *([_joint_friction(plan)] if plan.joint_friction else []),
@@ -85,6 +87,7 @@ def _contacts(plan: Plan) -> str:
     if plan.impulses:
         rows = [[f"{i.time:.6f}", i.contact, f"{i.normal:.4f}", _tangential(i)] for i in plan.impulses]
         text += "\n" + markdown_table(["time [s]", "contact", "normal impulse [N s]", "tangential impulse [N s]"], rows)
+    text += "".join(f"\n{one.sentence}\n" for one in plan.landing_orders)
     highest = [
         [name, f"{float(np.max(contact.gap)):.4f}", f"{float(np.max(contact.normal_force)):.2f}"]
         for name, contact in plan.contacts.items()

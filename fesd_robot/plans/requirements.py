@@ -68,14 +68,15 @@ def requirements(
         initial, goal: configuration, (n_q), and velocity, (n_v), with everything filled in that the task leaves out.
 
     Returns:
-        ``max_slip_violation`` in m/s, ``max_slip_distance_violation`` in m, ``max_constraint_violation``,
-        ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s, zero if nothing is violated, each
-        with its place.
+        ``max_slip_violation`` in m/s, ``max_slip_distance_violation`` in m, ``max_reserve_violation`` of the cone,
+        ``max_constraint_violation``, ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s, zero
+        if nothing is violated, each with its place.
     """
     checks = _Checks(task, robot, physics, motion)
     return {
         "max_slip_violation": largest(checks.slip()),
         "max_slip_distance_violation": largest(checks.slip_distance()),
+        "max_reserve_violation": largest(checks.reserve()),
         "max_constraint_violation": largest(checks.constraints()),
         "max_goal_violation": largest(checks.goal(initial, goal)),
         "max_waypoint_violation": largest(checks.waypoints()),
@@ -153,6 +154,21 @@ class _Checks:
         outcomes = contact_outcomes(self._motion, self._physics, self._names) if limits else {}
         for name, limit in limits.items():
             yield Measured(outcomes[name].slide_distance - limit, subject=name)
+
+    def reserve(self) -> Iterator[Measured]:
+        """Yield how much more of its cone than its reserve leaves it a contact uses, sticking or coming to rest."""
+        default, contacts = self._task.reserve.friction, self._task.contacts
+        left = {name: 1 - (default if one.reserve is None else one.reserve) for name, one in contacts.items()}
+        reserved = {name: share for name, share in left.items() if share < 1}
+        outcomes = contact_outcomes(self._motion, self._physics, self._names) if reserved else {}
+        for name, share in reserved.items():
+            rests = contacts[name].slipping == "forbidden" and self._physics.restitution[self._names.index(name)] == 0
+            for use in (outcomes[name].sticking, outcomes[name].landing if rests else None):
+                if use is not None:
+                    yield Measured(use.share - share, use.time, self._interval(use.time), name)
+
+    def _interval(self, time: float) -> int:
+        return int(self._motion.interval[self._samples(time)[-1]])
 
     def constraints(self) -> Iterator[Measured]:
         """Yield the violation of every constraint at every state it holds at, stages and states between them."""

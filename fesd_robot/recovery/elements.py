@@ -95,7 +95,7 @@ class ElementReader:
         self._names = [contact.name for contact in contacts]
         self._branch = branch
         self._auxiliary_force = auxiliary_force
-        self._friction = np.array([contact.friction for contact in contacts])
+        self._friction = np.array([contact.usable_friction for contact in contacts])
         multipliers = ca.vertcat(*[ca.horzcat(own.normal, *own.tangential) for own in contact_system.theta_auxiliary])
         self.rows = multipliers.shape[1]
         shares = ca.vertcat(ca.SX(0, 1), *[plus - minus for plus, minus in contact_system.theta_joints])
@@ -110,7 +110,7 @@ class ElementReader:
         self._jump = None
         if jump is not None:
             pushes = [
-                ca.horzcat(own.normal, c.friction * own.tangential[0])
+                ca.horzcat(own.normal, c.usable_friction * own.tangential[0])
                 for own, c in zip(impulses, contacts, strict=True)
             ]
             self._jump = ca.Function("impulses", [jump.symbols], [ca.densify(ca.vertcat(*pushes))])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import islice
 
@@ -23,7 +24,7 @@ from fesd_robot.mpcc import (
 )
 from fesd_robot.refinement.refine import refined
 from fesd_robot.refinement.solved_motion import SolvedMotion
-from fesd_robot.running import Activity, ActivityCallback
+from fesd_robot.running import Activity, ActivityCallback, OutOfTime, check_time
 from fesd_robot.task import Task
 
 
@@ -47,17 +48,39 @@ def descended(
 
     Source: phase II of MPECopt, Nurkanovic, Leyffer, arXiv 2501.13835.
     """
+    found: tuple[SolvedMotion, Certificate | None] = (solved, None)
+    with contextlib.suppress(OutOfTime):
+        for one in _descent(solved, task, run, on_activity):
+            found = one
+    return found
+
+
+def _descent(
+    solved: SolvedMotion, task: Task, run: Run, on_activity: ActivityCallback
+) -> Iterator[tuple[SolvedMotion, Certificate | None]]:
+    """Yield ever cheaper motions, each before and with its certificate.
+
+    The args are those of `descended`.
+
+    Raises:
+        OutOfTime: the time limit came.
+    """
+    yield solved, None
+    check_time()
     on_activity(Activity.CERTIFYING)
     certificate = _certificate(solved, task, run)
+    yield solved, certificate
     for _ in range(run.effort.descents):
         if certificate and certificate.direction is not None:
             on_activity(Activity.IMPROVING)
         better, followed = _better(solved, certificate, task, run)
         if better is None:
-            return solved, certificate and replace(certificate, followed=followed)
+            yield solved, certificate and replace(certificate, followed=followed)
+            return
+        yield better, None
         on_activity(Activity.CERTIFYING)
         solved, certificate = better, _certificate(better, task, run)
-    return solved, certificate
+        yield solved, certificate
 
 
 def _certificate(solved: SolvedMotion, task: Task, run: Run) -> Certificate | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from fesd_robot.fesd.neighbours import with_room, without_room
 from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
 from fesd_robot.mpcc import BranchSolver, MpccSolution, PolishingReport, Run, continue_on_branch
+from fesd_robot.running import OutOfTime
 
 
 @dataclass(frozen=True)
@@ -63,5 +64,8 @@ def with_fewer_elements(
     """
     assert solution.branch is not None
     fewer = without_room(BranchMotion.of_solution(polisher, solution), least)
-    found = continue_on_branch(fewer.transcription.problem, fewer.polisher, fewer, solution, run)
+    try:
+        found = continue_on_branch(fewer.transcription.problem, fewer.polisher, fewer, solution, run)
+    except OutOfTime:
+        return polisher, solution
     return (fewer.polisher, found) if found else (polisher, solution)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -17,7 +18,7 @@ from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.refinement.determinacy import with_determinate_postures
 from fesd_robot.refinement.finer import Finer, continued, with_bounds
 from fesd_robot.refinement.solved_motion import SolvedMotion
-from fesd_robot.running import SearchEffort
+from fesd_robot.running import OutOfTime, SearchEffort
 
 SPARE = 0.1
 """Of its limit: an audit whose entries are all below that passes with something to spare."""
@@ -94,6 +95,8 @@ def refined(solved: SolvedMotion, accuracy: float, run: Run) -> SolvedMotion:
     best = unrefined = solved = solved.without_shrunk
     for factor in TIGHTENED:
         solved = _to_accuracy(solved, factor * accuracy, continue_from, over, run.effort)
+        if run.deadline.left <= 0:  # an audit takes time, too
+            return solved if best is unrefined else best
         idle = best is not unrefined and not _improves(solved, best)
         if best is unrefined or solved.audit.worst[0] < best.audit.worst[0]:
             best = solved
@@ -140,38 +143,41 @@ def _to_accuracy(
     begin, failures, repairs, last = time.perf_counter(), 0, 0, solved.rounds + effort.refinement_rounds
     earlier: list[SolvedMotion] = []
     round_began = begin
-    while solved.rounds < last:
-        enough = solved.rounds >= effort.enough_rounds or solved.local_errors.max() <= accuracy
-        if enough and solved.spares(SPARE):
-            break
-        if earlier and earlier[-1].local_errors.max() <= accuracy and not _improves(solved, earlier[-1]):
-            break
-        if over(time.perf_counter() - round_began if earlier else 0.0):
-            break
-        following, round_began = None, time.perf_counter()
-        for finer in _finer(solved, accuracy, early=not failures):
-            if finer.repair and repairs >= effort.refinement_repairs:
-                continue
-            following = continue_from(solved, finer)
-            failures += following is None and not finer.repair
-            repairs += finer.repair
-            costly = following is not None and _cost(following) > (1 + COST_LOSS) * _cost(solved)
-            if costly and not finer.repair and repairs < effort.refinement_repairs:
-                other, repairs = continue_from(solved, finer._replace(repair=True)), repairs + 1
-                following = min((one for one in (following, other) if one), key=_cost)
-            if following is not None or failures >= effort.refinement_failures or over():
+    with contextlib.suppress(OutOfTime):
+        while solved.rounds < last:
+            enough = solved.rounds >= effort.enough_rounds or solved.local_errors.max() <= accuracy
+            if enough and solved.spares(SPARE):
                 break
-        if following is None:
-            break
-        earlier.append(solved)
-        solved = following.without_shrunk
+            if earlier and earlier[-1].local_errors.max() <= accuracy and not _improves(solved, earlier[-1]):
+                break
+            if over(time.perf_counter() - round_began if earlier else 0.0):
+                break
+            following, round_began = None, time.perf_counter()
+            for finer in _finer(solved, accuracy, early=not failures):
+                if finer.repair and repairs >= effort.refinement_repairs:
+                    continue
+                following = continue_from(solved, finer)
+                failures += following is None and not finer.repair
+                repairs += finer.repair
+                costly = following is not None and _cost(following) > (1 + COST_LOSS) * _cost(solved)
+                if costly and not finer.repair and repairs < effort.refinement_repairs:
+                    other, repairs = continue_from(solved, finer._replace(repair=True)), repairs + 1
+                    following = min((one for one in (following, other) if one), key=_cost)
+                if following is not None or failures >= effort.refinement_failures or over():
+                    break
+            if following is None:
+                break
+            earlier.append(solved)
+            solved = following.without_shrunk
     best = _last_that_passes([*earlier, solved])
     return best.counted(solved.rounds, solved.seconds + time.perf_counter() - begin)
 
 
 def _last_that_passes(motions: Sequence[SolvedMotion]) -> SolvedMotion:
-    """Return the last motion whose audit has no violations, the very last if none has."""
-    return next((one for one in reversed(motions) if one.passes), motions[-1])
+    """Return the last motion whose audit has no violations, the very last if none has, or no time is left to say."""
+    with contextlib.suppress(OutOfTime):
+        return next((one for one in reversed(motions) if one.passes), motions[-1])
+    return motions[-1]
 
 
 def _improves(solved: SolvedMotion, earlier: SolvedMotion) -> bool:

@@ -108,15 +108,16 @@ class SolvedMotion:
         """
         if self._known_audit.worst[0] <= share and self.audit.worst[0] <= share:
             return True
-        return self._audit_without_replay.worst[0] <= share and self._audit_without_impacts.worst[0] <= share
+        return self.audit_without_replay.worst[0] <= share and self._audit_without_impacts.worst[0] <= share
 
     @property
     def _known_audit(self) -> Audit:
         """What the audit says, without the replay as long as nobody has asked for it."""
-        return self.audit if "audit" in self.__dict__ else self._audit_without_replay
+        return self.audit if "audit" in self.__dict__ else self.audit_without_replay
 
     @cached_property
-    def _audit_without_replay(self) -> Audit:
+    def audit_without_replay(self) -> Audit:
+        """What the audit says as long as the motion is not driven again."""
         return self._audit_with(None)
 
     @cached_property
@@ -155,6 +156,11 @@ class SolvedMotion:
         if self.stages == MAX_STAGES:
             return np.zeros(sum(self.transcription.elements))
         return local_errors(self.on_branch)
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether its local errors are known, so that nothing is worked out for them."""
+        return "local_errors" in self.__dict__
 
     @property
     def refinement(self) -> Refinement | None:

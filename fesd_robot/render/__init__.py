@@ -17,7 +17,6 @@ __all__ = [
     "build_figures",
     "inline_html",
     "render_page",
-    "write_atomically",
     "write_drawings",
     "write_figures",
     "write_optional_files",
@@ -29,7 +28,6 @@ __all__ = [
 if TYPE_CHECKING:
     from fesd_robot.render.circles import BoxVisual, CircleVisual
     from fesd_robot.render.figures import build_figures, write_figures
-    from fesd_robot.render.files import write_atomically
     from fesd_robot.render.inline import inline_html
     from fesd_robot.render.outputs import write_drawings, write_optional_files, write_page
     from fesd_robot.render.page import PageContent, render_page
@@ -41,7 +39,6 @@ else:
         {
             "fesd_robot.render.circles": ["BoxVisual", "CircleVisual"],
             "fesd_robot.render.figures": ["build_figures", "write_figures"],
-            "fesd_robot.render.files": ["write_atomically"],
             "fesd_robot.render.inline": ["inline_html"],
             "fesd_robot.render.outputs": ["write_drawings", "write_optional_files", "write_page"],
             "fesd_robot.render.page": ["PageContent", "render_page"],

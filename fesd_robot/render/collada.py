@@ -14,6 +14,8 @@ from typing import NamedTuple
 
 from PIL import Image
 
+from fesd_robot.ranges import MAX_IMAGE_BYTES, too_large
+
 logger = logging.getLogger(__name__)
 
 PRIMITIVE = re.compile(r"<(triangles|polylist|polygons|trifans|tristrips)\b([^>]*)>(.*?)</\1>", re.DOTALL)
@@ -34,6 +36,10 @@ NO_UV = (
 )
 NO_UV_INPUT = '<input semantic="TEXCOORD" source="#no-uv" offset="0" set="0"/>'
 BLANK_IMAGE = "data:image/gif;base64,R0lGODlhAQABAIAAAP///wAAACH5BAAAAAAALAAAAAABAAEAAAICRAEAOw=="
+
+
+_NO_IMAGE = (OSError, EOFError, SyntaxError, ValueError, Image.DecompressionBombError)
+"""What opening an image that is none, or claims to be huge, may raise; it goes to the page as it is."""
 
 
 class Collada(NamedTuple):
@@ -102,10 +108,11 @@ def _textures(path: Path, text: str) -> dict[str, str]:
     resources = {}
     for name in IMAGE.findall(text):
         image = (path.parent / name.removeprefix("file://")).resolve()
-        if image.is_file():
+        fault = too_large(image, MAX_IMAGE_BYTES) if image.is_file() else "is missing"
+        if not fault:
             resources[name] = _data_url(image)
         else:
-            logger.warning("%s: texture %s is missing and drawn white", path.name, name)
+            logger.warning("%s: texture %s is drawn white: %s", path.name, name, fault)
             resources[name] = BLANK_IMAGE
     return resources
 
@@ -114,7 +121,7 @@ def _textures(path: Path, text: str) -> dict[str, str]:
 def _data_url(image: Path) -> str:
     """Return an image as a data URL, made smaller if it has more pixels than one sees on a robot."""
     content, kind = image.read_bytes(), mimetypes.guess_type(image.name)[0] or "image/png"
-    with contextlib.suppress(OSError), Image.open(io.BytesIO(content)) as picture:
+    with contextlib.suppress(*_NO_IMAGE), Image.open(io.BytesIO(content)) as picture:
         form = picture.format
         if max(picture.size) > TEXTURE_PIXELS:
             picture.thumbnail((TEXTURE_PIXELS, TEXTURE_PIXELS))

@@ -8,6 +8,7 @@ import io
 import logging
 import math
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,7 +21,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from fesd_robot.native import cache_folder
-from fesd_robot.render.files import write_atomically
+from fesd_robot.writing import write_atomically
 
 logger = logging.getLogger(__name__)
 
@@ -46,6 +47,10 @@ _STEP = 1 / 8
 
 _VERSIONS = f"{fast_simplification.__version__} {trimesh.__version__} 1".encode()
 """Of what simplified meshes in the cache depend on; the last number is that of this file's own rules."""
+
+
+_DAMAGED = (EOFError, ValueError, KeyError, zlib.error, zipfile.BadZipFile)
+"""What reading an array file that is cut or changed may raise."""
 
 
 class Mesh(NamedTuple):
@@ -141,7 +146,7 @@ def _cached(file: Path, scale: np.ndarray, deviation: float) -> Mesh | None:
     digest = hashlib.sha256(file.read_bytes())
     digest.update(np.append(scale, deviation).tobytes() + _VERSIONS)
     kept = cache_folder() / "meshes" / f"{digest.hexdigest()[:32]}.npz"
-    with contextlib.suppress(OSError, ValueError, KeyError, zipfile.BadZipFile), np.load(kept) as arrays:
+    with contextlib.suppress(OSError, *_DAMAGED), np.load(kept) as arrays:
         return Mesh(arrays["vertices"], arrays["faces"])
     mesh = _drawn(read_mesh(file, scale), deviation)
     if mesh is not None:

@@ -24,7 +24,6 @@ from fesd_robot.errors import DimensionError, FesdRobotError
 from fesd_robot.instants import SAME_EVENT
 from fesd_robot.render.animation import sample_motion
 from fesd_robot.render.circles import BoxVisual, CircleVisual, add_circles
-from fesd_robot.render.files import write_atomically
 from fesd_robot.render.floor import add_floor, floor_below, tick_labels
 from fesd_robot.render.follow import followed
 from fesd_robot.render.marks import Mark, add_marks, corners
@@ -34,6 +33,7 @@ from fesd_robot.render.scene import add_animation, add_robot, add_traces, view_b
 from fesd_robot.render.terrain import GroundVisual
 from fesd_robot.render.verdict import Verdict
 from fesd_robot.render.window import SceneWindow
+from fesd_robot.writing import write_atomically
 
 logger = logging.getLogger(__name__)
 
@@ -143,7 +143,7 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
     box = view_box([motion, *([ghost] if ghost else [])], [*paths.values(), *around], ground)
     floor = floor_below(box)
     if not visual_model.ngeoms:
-        logger.warning("%s: %r has no visual geometry, the page shows no robot", path, model.name)
+        logger.warning("%s: %r has no visual geometry, the page shows no robot", Path(path).name, model.name)
     window = SceneWindow()
     size = motion.size if np.isfinite(motion.size) else 1.0
     thickness = 0.0013 * float(np.linalg.norm(box[1] - box[0]))
@@ -183,7 +183,9 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
     encoded = page.encode("utf-8")
     if len(encoded) > LARGE_PAGE:
         logger.warning(
-            "%s: %.0f MB is a large page; simpler meshes or fewer samples make it smaller", path, len(encoded) / 1e6
+            "%s: %.0f MB is a large page; simpler meshes or fewer samples make it smaller",
+            Path(path).name,
+            len(encoded) / 1e6,
         )
     return write_atomically(Path(path), encoded)
 

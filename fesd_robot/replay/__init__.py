@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from fesd_robot.lazy import lazy_exports
 
 __all__ = [
+    "CLOSED_GAP",
     "Budget",
     "ContactDynamics",
     "ContactLaw",
@@ -19,6 +20,7 @@ __all__ = [
     "Segments",
     "States",
     "contact_dynamics",
+    "each_first",
     "events_along",
     "impact",
     "is_proper",
@@ -30,10 +32,11 @@ __all__ = [
 
 if TYPE_CHECKING:
     from fesd_robot.replay.budget import Budget
-    from fesd_robot.replay.contacts import ContactLaw, Contacts, ReplayNote
+    from fesd_robot.replay.contacts import CLOSED_GAP, ContactLaw, Contacts, ReplayNote
     from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
     from fesd_robot.replay.event import Event
     from fesd_robot.replay.headings import slip_headings
+    from fesd_robot.replay.impact_orders import each_first
     from fesd_robot.replay.impacts import Impact, impact, rebounds
     from fesd_robot.replay.integrator import Segments, States, events_along
     from fesd_robot.replay.intervals import IntervalReplay, MotionReplay, replay_intervals
@@ -43,10 +46,11 @@ else:
         __name__,
         {
             "fesd_robot.replay.budget": ["Budget"],
-            "fesd_robot.replay.contacts": ["ContactLaw", "Contacts", "ReplayNote"],
+            "fesd_robot.replay.contacts": ["CLOSED_GAP", "ContactLaw", "Contacts", "ReplayNote"],
             "fesd_robot.replay.dynamics": ["ContactDynamics", "contact_dynamics"],
             "fesd_robot.replay.event": ["Event"],
             "fesd_robot.replay.headings": ["slip_headings"],
+            "fesd_robot.replay.impact_orders": ["each_first"],
             "fesd_robot.replay.impacts": ["Impact", "impact", "rebounds"],
             "fesd_robot.replay.integrator": ["Segments", "States", "events_along"],
             "fesd_robot.replay.intervals": ["IntervalReplay", "MotionReplay", "replay_intervals"],

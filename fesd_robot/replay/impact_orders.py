@@ -8,6 +8,7 @@ from itertools import islice, product
 import numpy as np
 
 from fesd_robot.recovery import NumericPhysics, normal_rows
+from fesd_robot.replay.contacts import CLOSED_VELOCITY
 from fesd_robot.replay.impacts import impact
 
 MOST_ORDERS = 74
@@ -34,14 +35,42 @@ def impacts_in_turn(
     approach = normal_rows(physics.contact_jacobian(q) @ v, physics.rows)
     hits = sorted(np.flatnonzero(touching & (approach < 0)).tolist(), key=lambda contact: float(approach[contact]))
     for order in islice(_orders(hits), MOST_ORDERS):
-        closed, after, finished = touching.copy(), v, True
-        closed[hits] = False
-        for group in order:
-            closed[group] = True
-            result = impact(physics, q, after, closed)
-            after, finished = result.velocity, finished and result.finished
-        if finished:
+        after = _in_order(physics, q, v, touching, order)
+        if after is not None:
             yield after
+
+
+def each_first(
+    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.ndarray
+) -> Iterator[tuple[list[int], int, np.ndarray]]:
+    """Yield the contacts that hit at once, one of them, and the velocities, (n_v), if it hits before the others.
+
+    Nothing where less than two contacts hit faster than `CLOSED_VELOCITY`.
+
+    Args:
+        physics, q, v, touching: as of `impacts_in_turn`.
+    """
+    approach = normal_rows(physics.contact_jacobian(q) @ v, physics.rows)
+    hits = np.flatnonzero(touching & (approach < -CLOSED_VELOCITY)).tolist()
+    for first in hits if len(hits) > 1 else []:
+        after = _in_order(physics, q, v, touching, [[first], [one for one in hits if one != first]])
+        if after is not None:
+            yield hits, first, after
+
+
+def _in_order(
+    physics: NumericPhysics, q: np.ndarray, v: np.ndarray, touching: np.ndarray, order: Sequence[list[int]]
+) -> np.ndarray | None:
+    """Return the velocities, (n_v), after groups of contacts have hit in turn; None if an impact does not end."""
+    closed, after = touching.copy(), v
+    closed[[contact for group in order for contact in group]] = False
+    for group in order:
+        closed[group] = True
+        result = impact(physics, q, after, closed)
+        if not result.finished:
+            return None
+        after = result.velocity
+    return after
 
 
 def _orders(contacts: Sequence[int]) -> Iterator[list[list[int]]]:

@@ -15,6 +15,7 @@ from fesd_robot.replay.contacts import CLOSED_GAP, Drift, ReplayNote
 from fesd_robot.replay.impact_orders import impacts_in_turn
 from fesd_robot.replay.impacts import impact
 from fesd_robot.replay.integrator import replay_motion
+from fesd_robot.running import check_time
 
 NEARBY = 0.25
 """Part of a control interval within which an event at the end of an interval is looked for."""
@@ -95,6 +96,9 @@ def replay_intervals(motion: PhysicalMotion, physics: NumericPhysics) -> MotionR
     Args:
         motion: in physical time, with controls that are constant on every interval.
         physics: of its robot and contacts.
+
+    Raises:
+        OutOfTime: the time limit comes meanwhile.
     """
     starts = np.flatnonzero(np.append(True, np.diff(motion.interval) > 0))
     ends = np.append(starts[1:] - 1, len(motion.time) - 1)
@@ -107,6 +111,7 @@ def replay_intervals(motion: PhysicalMotion, physics: NumericPhysics) -> MotionR
 
 
 def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: int) -> IntervalReplay:
+    check_time()
     impact_error, in_turn = np.zeros(motion.velocity.shape[1]), False
     for hit in motion.impacts:
         if hit.before == start and motion.time[hit.after] - motion.time[start] < SAME_TIME:

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from fesd_robot.errors import RobotError, nearest
+from fesd_robot.printable import has_hidden, visible
 from fesd_robot.robot.body_names import SEPARATOR, name_on, shapes_on, visuals_on
 from fesd_robot.robot.followers import LimitNotes
 from fesd_robot.robot.model_file import Format, MultiJointMotor, Shape, Spring, geometry_model, shapes_of
@@ -161,6 +162,13 @@ class Robot:
         """Return the body to which a joint, a coordinate or a frame belongs by its name, None for the robot's own."""
         body = name.partition(SEPARATOR)[0]
         return body if body in self.bodies else None
+
+    def __post_init__(self) -> None:
+        for name in (*self.model.names, *self.frame_names):
+            if has_hidden(name):
+                raise RobotError(
+                    f"{self.source}: found the name '{visible(name)}', expected no control characters in it."
+                )
 
     @cached_property
     def collision_shapes(self) -> Sequence[Shape]:

@@ -10,6 +10,7 @@ from concurrent.futures import TimeoutError as NotYet
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Generic, TypeVar
 
+from fesd_robot.running.deadline import check_time
 from fesd_robot.running.processes import FORKS, Cores, ForkedPool
 from fesd_robot.running.stop import Stop, stop_requested
 
@@ -48,7 +49,11 @@ class Lookahead(Generic[Argument, Result]):
         self._pool: ForkedPool | None = None
 
     def results(self, arguments: Sequence[Argument]) -> Iterator[Result]:
-        """Yield the results, in the order of the arguments; those that are not asked for are computed in vain."""
+        """Yield the results, in the order of the arguments; those that are not asked for are computed in vain.
+
+        Raises:
+            OutOfTime: the time limit came meanwhile.
+        """
         done = 0
         try:
             for result in self._computed(arguments):
@@ -82,6 +87,7 @@ class Lookahead(Generic[Argument, Result]):
                 while not running[0].done():
                     if stop_requested(self._stop):
                         return
+                    check_time()
                     _wait(running[0])
                 yield running.popleft().result()
         finally:

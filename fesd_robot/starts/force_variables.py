@@ -56,7 +56,7 @@ class ForceVariables:
         z, given = np.zeros(system.algebraic.numel()), set[int]()
         multipliers = self.motion.contact_system.theta_auxiliary
         for own, one, force in zip(multipliers, self.motion.contacts, forces, strict=True):
-            beta, limit = force[0] / self.motion.auxiliary_force, one.friction * force[0]
+            beta, limit = force[0] / self.motion.auxiliary_force, one.usable_friction * force[0]
             along = np.clip(force[1:] / limit, -INSIDE, INSIDE) if limit > 0 else np.ones(len(own.sides))
             for sides, share in zip(own.sides, along, strict=True):
                 for side, sign in zip(sides, (-1, 1) if limit > 0 else (1, -1), strict=True):

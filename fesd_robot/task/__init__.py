@@ -76,6 +76,7 @@ __all__ = [
     "PointTarget",
     "Reference",
     "Renaming",
+    "Reserve",
     "Robot",
     "SingleContact",
     "SolidSurface",
@@ -153,7 +154,7 @@ if TYPE_CHECKING:
     from fesd_robot.task.goal import DEFAULT_TOLERANCE, Goal, Periodic, PointTarget, Tolerance, Waypoint
     from fesd_robot.task.ground import GROUND, Ground, GroundShape, HeightMap, Plane, Step, Steps, Wall
     from fesd_robot.task.json_schema import SCHEMA_FILE, task_json_schema, task_json_schema_text
-    from fesd_robot.task.limits import Limits, SpeedOfTime
+    from fesd_robot.task.limits import Limits, Reserve, SpeedOfTime
     from fesd_robot.task.load import load_task
     from fesd_robot.task.messages import validation_error
     from fesd_robot.task.method import (
@@ -236,7 +237,7 @@ else:
                 "Wall",
             ],
             "fesd_robot.task.json_schema": ["SCHEMA_FILE", "task_json_schema", "task_json_schema_text"],
-            "fesd_robot.task.limits": ["Limits", "SpeedOfTime"],
+            "fesd_robot.task.limits": ["Limits", "Reserve", "SpeedOfTime"],
             "fesd_robot.task.load": ["load_task"],
             "fesd_robot.task.messages": ["validation_error"],
             "fesd_robot.task.method": [

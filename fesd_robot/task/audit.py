@@ -33,6 +33,7 @@ class AuditLimits(Section):
     max_energy_error: Positive | None = _limit("J")
     max_slip_violation: Positive | None = _limit("m/s")
     max_slip_distance_violation: Positive | None = _limit("m")
+    max_reserve_violation: Positive | None = _limit("part of the cone")
     max_constraint_violation: Positive | None = _limit("m")
     max_goal_violation: Positive | None = _limit("m, rad or per s")
     max_waypoint_violation: Positive | None = _limit("m, rad or per s")

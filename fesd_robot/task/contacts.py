@@ -14,6 +14,7 @@ from fesd_robot.task.fields import (
     Offset,
     Positive,
     Ratio,
+    Reserved,
     Section,
     conflict,
     expected,
@@ -32,6 +33,7 @@ _SLIPPING = (
 _AUTOMATIC = (
     " auto: forbidden on the ground where the reference is a sequence of jumps and there is friction, else allowed."
 )
+_RESERVE = "Part of its cone of friction that it leaves unused where it sticks; default: reserve.friction."
 _SURFACE = f"Surface that it touches: {GROUND}, the name of a wall in ground.walls, or a name in surfaces."
 
 
@@ -95,6 +97,7 @@ class PointContact(PlacedContact):
     friction: NonNegative | None = Field(default=None, description=_FRICTION)
     restitution: Ratio | None = Field(default=None, description=_RESTITUTION)
     slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)
+    reserve: Reserved | None = Field(default=None, description=_RESERVE)
 
 
 class CircleContact(PlacedContact):
@@ -107,6 +110,7 @@ class CircleContact(PlacedContact):
     friction: NonNegative | None = Field(default=None, description=_FRICTION)
     restitution: Ratio | None = Field(default=None, description=_RESTITUTION)
     slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
+    reserve: Reserved | None = Field(default=None, description=_RESERVE)
 
 
 class BodyContact(Section):
@@ -126,6 +130,7 @@ class BodyContact(Section):
     )
     restitution: Ratio | None = Field(default=None, description=_RESTITUTION)
     slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)
+    reserve: Reserved | None = Field(default=None, description=_RESERVE)
 
 
 class TwoBodyContact(Section):
@@ -140,6 +145,7 @@ class TwoBodyContact(Section):
     )
     restitution: Ratio | None = Field(default=None, description=f"{RESTITUTION} Default: the ground's.")
     slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
+    reserve: Reserved | None = Field(default=None, description=_RESERVE)
     facing: Literal["x", "-x", "y", "-y", "z", "-z"] | None = Field(
         default=None,
         description="In space: the axis of the world whose tangents those of the contact are, turned with the normal "

@@ -15,6 +15,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
 from fesd_robot.errors import TaskError
+from fesd_robot.ranges import MAX_TASK_BYTES
 from fesd_robot.task.origins import KeyPath, Origin, Origins
 from fesd_robot.task.renamed_keys import TwoNamesError, rename_keys, today
 from fesd_robot.task.yaml_hints import yaml_sentence
@@ -226,11 +227,14 @@ def _read_text(path: Path) -> str:
     if path.is_dir():
         raise TaskError("this is a folder, expected a task file", file=path)
     try:
-        content = path.read_bytes()
+        with path.open("rb") as stream:  # which may be a pipe
+            content = stream.read(MAX_TASK_BYTES + 1)
     except FileNotFoundError as error:
         raise TaskError("there is no such file, expected a task file", file=path) from error
     except OSError as error:
         raise TaskError(f"this file cannot be read ({error.strerror}), expected a task file", file=path) from error
+    if len(content) > MAX_TASK_BYTES:
+        raise TaskError(f"found a file of more than {MAX_TASK_BYTES / 1e6:g} MB, expected a task file", file=path)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

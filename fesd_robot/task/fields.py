@@ -136,6 +136,20 @@ Ratio = Annotated[
 ]
 """A number from zero to one."""
 
+
+def _read_reserve(value: Any) -> float:
+    if not is_number(value) or not 0 <= value < 1:
+        raise expected("a number from 0 to less than 1, the part that is left unused")
+    return float(value)
+
+
+Reserved = Annotated[
+    float,
+    BeforeValidator(_read_reserve),
+    WithJsonSchema({"type": "number", "minimum": 0, "exclusiveMaximum": 1}),
+]
+"""The part of what there is that a plan leaves unused, from zero to less than one."""
+
 Count = Annotated[int, Field(strict=True, ge=1)]
 """A whole number, at least one."""
 

@@ -1,10 +1,10 @@
-"""Limits of the motion by name."""
+"""Limits of the motion by name, and what a plan leaves unused of them."""
 
 from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from fesd_robot.task.fields import Bounds, Name, Positive, Section, SymmetricBounds, conflict
+from fesd_robot.task.fields import Bounds, Name, Positive, Reserved, Section, SymmetricBounds, conflict
 
 
 class SpeedOfTime(Section):
@@ -43,3 +43,19 @@ class Limits(Section):
         "minus it; names not listed: the model's limits.",
     )
     speed_of_time: SpeedOfTime = Field(default_factory=SpeedOfTime, description="Limits of the speed of time.")
+
+
+class Reserve(Section):
+    """What a plan leaves unused of friction and effort, for whatever the model does not know."""
+
+    friction: Reserved = Field(
+        default=0.0,
+        description="Part of the cone of friction that a contact leaves unused where it sticks, also in an impact: its "
+        "tangential force is at most (1 - friction) mu times the normal force. A contact that slides has all of its "
+        "friction, by Coulomb's law. For contacts that do not say their own reserve; default: 0.",
+    )
+    effort: Reserved = Field(
+        default=0.0,
+        description="Part of its limit that every control leaves unused. For actuators that do not say their own "
+        "reserve; default: 0.",
+    )

@@ -11,6 +11,7 @@ from fesd_robot.arguments import checked
 from fesd_robot.examples import find_task
 from fesd_robot.task.document import read_document
 from fesd_robot.task.messages import validation_error
+from fesd_robot.task.printable_names import refuse_hidden
 from fesd_robot.task.schema import Task
 
 
@@ -28,6 +29,7 @@ def load_task(path: str | Path, overrides: Sequence[str] = ()) -> Task:
         TaskError: the file cannot be read or is no valid task; the error names file, line and key.
     """
     data, origins = read_document(find_task(path), overrides)
+    refuse_hidden(data, origins)
     try:
         task = Task.model_validate(data)
     except ValidationError as error:

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 
 from fesd_robot.errors import ExpressionError
 from fesd_robot.task.expression import expression_names
-from fesd_robot.task.fields import Name, NonNegative, Number, Section, Values, conflict, expected, is_number
+from fesd_robot.task.fields import Name, NonNegative, Number, Reserved, Section, Values, conflict, expected, is_number
 
 EXAMPLE_ROBOT_PREFIX = "example-robot-data:"
 """Start of a `robot.model` that names a robot of the package example-robot-data instead of a file."""
@@ -52,6 +52,9 @@ DryFriction = Annotated[
 """Limits of the dry friction of joints that replace those of the model, or False for no dry friction at all."""
 
 
+_RESERVE = "Part of its limits that it leaves unused; default: reserve.effort."
+
+
 class JointActuator(Section):
     """A torque or force on one joint."""
 
@@ -63,6 +66,7 @@ class JointActuator(Section):
     upper: Number | None = Field(
         default=None, description="Largest torque, N m, or force, N; default: the model's effort limit."
     )
+    reserve: Reserved | None = Field(default=None, description=_RESERVE)
 
     @model_validator(mode="after")
     def _ordered(self) -> JointActuator:
@@ -81,6 +85,7 @@ class GeneralizedForceActuator(Section):
     )
     lower: Number = Field(description="Smallest value of the control, in its own unit (N or N m).")
     upper: Number = Field(description="Largest value of the control, in its own unit (N or N m).")
+    reserve: Reserved | None = Field(default=None, description=_RESERVE)
 
     @model_validator(mode="after")
     def _ordered(self) -> GeneralizedForceActuator:

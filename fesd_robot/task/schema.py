@@ -19,7 +19,7 @@ from fesd_robot.task.endpoints import Horizon, Initial
 from fesd_robot.task.fields import Name, Section, Values, conflict
 from fesd_robot.task.goal import Goal, Waypoint
 from fesd_robot.task.ground import GROUND, Ground, Plane
-from fesd_robot.task.limits import Limits
+from fesd_robot.task.limits import Limits, Reserve
 from fesd_robot.task.method import IMPULSES_RATIO, Method, Output, Solver
 from fesd_robot.task.origins import KeyPath, Origins
 from fesd_robot.task.reference import Line, Reference
@@ -70,6 +70,10 @@ class Task(Section):
     )
     costs: Costs = Field(default_factory=Costs, description="Weights of the cost.")
     limits: Limits = Field(default_factory=Limits, description="Limits that replace those of the robot model.")
+    reserve: Reserve = Field(
+        default_factory=Reserve,
+        description="What a plan leaves unused of friction and effort; checks are against all of it. Default: nothing.",
+    )
     constraints: dict[Name, Constraint] = Field(
         default_factory=dict, description="Name of a constraint -> what the motion must keep to besides its limits."
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fesd_robot.contact import ContactMode
 from fesd_robot.phases import guessed_sequences
 
 from .sequences import sequence, solver_of
@@ -65,3 +66,11 @@ def test_a_cycle_is_guessed_in_turn() -> None:
     assert "SF FF FS FF" in guesses and "FS FF SF FF" in guesses
     durations = next(one for one in guessed_sequences(solver.motion) if str(one) == "SF FF FS FF").durations
     assert durations == pytest.approx([0.08, 0.02, 0.08, 0.02])
+
+
+def test_a_slide_that_sticks_joins_its_neighbours() -> None:
+    """Phases that do the same then are one; a contact that hit and slid goes on to stick within the impact."""
+    assert str(sequence("SF +F SS", 0.3, 0.5, 0.2).sticking([(1, 0)])) == "SF SS"
+    landed = sequence("F !+", 0.3, 0.7).sticking([(1, 0)])
+    assert str(landed) == "F !S"
+    assert [one[0] for one in landed.phases[1].impacts] == [ContactMode.IMPACT_FORWARDS, ContactMode.IMPACT_STICK]

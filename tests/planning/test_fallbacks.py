@@ -12,6 +12,7 @@ from fesd_robot.planning import planner
 from fesd_robot.planning.fallbacks import FALLBACKS, SOFT_GOAL, has_hard_goal, with_overrides
 from fesd_robot.plans import Plan, read_plan, write_plan
 from fesd_robot.plans.report_text import report
+from fesd_robot.running import held_deadline
 from fesd_robot.task import Task
 
 
@@ -36,10 +37,14 @@ class Attempts:
     def __init__(self, example: Plan, outcomes: list[str]) -> None:
         self.example, self.outcomes = example, outcomes
         self.tasks: list[Task] = []
+        self.seconds: list[float] = []
 
     def __call__(self, task: Task, **_: Any) -> Plan:
         outcome = self.outcomes[len(self.tasks)]
         self.tasks.append(task)
+        deadline = held_deadline()
+        assert deadline is not None
+        self.seconds.append(deadline.left)
         status = self.example.status.model_copy(
             update={"solved": outcome == "solved", "nlp": outcome, "message": f"{outcome} {len(self.tasks)}"}
         )
@@ -145,8 +150,8 @@ def test_the_time_limit_is_for_all_attempts(
     planned, attempts, reported = _planned(
         monkeypatch, short_task, short_plan, ["infeasible", "solved"], time_limit=50.0
     )
-    limits = [one.solver.time_limit for one in attempts.tasks]
-    assert limits[0] and limits[1] and 49 < limits[1] < limits[0] <= 50
+    assert 49 < attempts.seconds[1] < attempts.seconds[0] <= 50
+    assert [one.solver.time_limit for one in attempts.tasks] == [50.0, 50.0]
     assert reported == [FALLBACKS[0](short_task)]
     assert planned.task["solver"]["time_limit"] == short_plan.task["solver"]["time_limit"]
 

@@ -41,6 +41,7 @@ MET = dict.fromkeys(
     (
         "max_slip_violation",
         "max_slip_distance_violation",
+        "max_reserve_violation",
         "max_constraint_violation",
         "max_goal_violation",
         "max_waypoint_violation",
@@ -119,6 +120,16 @@ def test_friction_turns_energy_over(physics: NumericPhysics) -> None:
     assert turned_over(motion, physics) - turned_over(still, physics) == pytest.approx(
         force * (way - abs(standing)) / 2, rel=1e-6
     )
+
+
+def test_what_a_contact_adds_is_no_work(physics: NumericPhysics) -> None:
+    """Friction along the slide obeys the equations of motion, and its work F_t s in the worse interval is an error."""
+    motion = stance(-FRICTION, 0.6)
+    found = audit_of(motion, physics, interval_ends=np.array(ENDS["stance"]))
+    force, way = abs(motion.force[1, 0, 1]), motion.configuration[:, 0]
+    middle = int(np.flatnonzero(motion.interval == 0)[-1])
+    gained = force * max(way[middle] - way[0], way[-1] - way[middle])
+    assert found.max_dynamics_error < 1e-9 and found.max_energy_error == pytest.approx(gained, rel=1e-6)
 
 
 def test_a_loss_in_an_impact_is_turned_over(physics: NumericPhysics) -> None:
@@ -269,7 +280,7 @@ FAULTS: dict[str, tuple[Callable[[], PhysicalMotion], dict[str, Any], set[str], 
     "friction along the motion": (
         lambda: stance(-FRICTION, 0.6),
         {},
-        {"max_stick_slip_violation"},
+        {"max_stick_slip_violation", "max_energy_error"},
         np.nan,
     ),
     "sliding with friction unused": (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.plans.contact_outcome import _top, contact_outcomes
-from fesd_robot.plans.outcome import ContactOutcome
+from fesd_robot.plans.outcome import ContactOutcome, FrictionUse
 from fesd_robot.recovery import ImpactRecord, PhysicalMotion
 from fesd_robot.recovery.physics import NumericPhysics
 
@@ -145,7 +145,17 @@ def test_the_drop_and_the_stance(physics: NumericPhysics) -> None:
     assert impact.time == pytest.approx(0.20192751093846089, abs=1e-12)
     assert impact.normal_impulse == pytest.approx(0.18158333421141096, rel=1e-6)
     assert impact.approach_velocity == pytest.approx(1.98090888230630134, abs=1e-12)
-    assert outcome_of(stance(), physics) == ContactOutcome()
+    assert outcome_of(stance(), physics) == ContactOutcome(sticking=FrictionUse(share=0.0, time=0.0))
+
+
+def test_how_much_of_its_friction_a_contact_uses(physics: NumericPhysics) -> None:
+    """|f_t| / (mu f_n) where it sticks, and of an impulse after which it does; a slide counts as neither."""
+    sticking = outcome_of(stance(0.25 * FRICTION), physics).sticking
+    assert sticking is not None and sticking.share == pytest.approx(0.25)
+    slide = outcome_of(stance(FRICTION, 0.6), physics)
+    assert slide.sticking is None and slide.landing is None
+    landing = outcome_of(drop(), physics).landing
+    assert landing is not None and (landing.share, landing.time) == (0.0, pytest.approx(0.20192751093846089))
 
 
 def test_numbers_that_are_none_do_no_harm(physics: NumericPhysics) -> None:

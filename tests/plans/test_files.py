@@ -1,4 +1,4 @@
-"""Plans on disk: lossless, and a folder is replaced as a whole or not at all."""
+"""Plans on disk: lossless."""
 
 from __future__ import annotations
 
@@ -11,17 +11,13 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from fesd_robot.plans import Plan, PlanFileError, check_output_folder, read_plan, write_plan
+from fesd_robot.plans import Plan, PlanFileError, read_plan, write_plan
 
 OWN = {"plan.json", "trajectory.csv", "trajectory.npz", "report.md"}
 
 
 def names(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def bits(value: Any) -> Any:
@@ -143,121 +139,6 @@ def test_npz_keys_and_shapes(plan: Plan, tmp_path: Path) -> None:
     np.testing.assert_array_equal(arrays["control"][:, 1], plan.controls["leg_force"])
     assert arrays["configuration_names"].tolist()[3] == "leg"
     assert arrays["mode"][:, 0].tolist() == plan.contacts["foot"].mode
-
-
-class Interruption(BaseException):
-    """What Ctrl-C does."""
-
-
-@pytest.mark.parametrize("error", [ValueError, Interruption, KeyboardInterrupt])
-def test_an_interrupted_write_leaves_the_earlier_run(plan: Plan, tmp_path: Path, error: type[BaseException]) -> None:
-    """If writing stops half way the earlier results stand as they were and nothing lies beside them."""
-    folder = write_plan(plan, tmp_path / "run")
-    (folder / "notes.txt").write_text("mine")
-    earlier = contents(folder)
-
-    def fail(stage: Path) -> None:
-        assert names(stage) == OWN
-        (stage / "plan.html").write_text("half")
-        raise error
-
-    with pytest.raises(error):
-        write_plan(plan.model_copy(update={"name": "other"}), folder, fail)
-    assert contents(folder) == earlier and names(tmp_path) == {"run"}
-
-
-def test_an_interrupted_first_write_leaves_nothing(plan: Plan, tmp_path: Path) -> None:
-    """If the first run stops half way there is no folder."""
-
-    def fail(_: Path) -> None:
-        raise Interruption
-
-    with pytest.raises(Interruption):
-        write_plan(plan, tmp_path / "run", fail)
-    assert names(tmp_path) == set()
-
-
-def test_a_failed_move_leaves_the_earlier_run(plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """If the new folder cannot take its place, the earlier results are back in theirs."""
-    folder = write_plan(plan, tmp_path / "run")
-    earlier, rename, calls = contents(folder), Path.rename, []
-
-    def second_fails(path: Path, target: Path) -> Path:
-        calls.append(path)
-        if len(calls) == 2:
-            raise Interruption
-        return rename(path, target)
-
-    monkeypatch.setattr(Path, "rename", second_fails)
-    with pytest.raises(Interruption):
-        write_plan(plan, folder)
-    monkeypatch.undo()
-    assert folder.is_dir() and contents(folder) == earlier
-
-
-def test_a_second_run_replaces_the_first(plan: Plan, tmp_path: Path) -> None:
-    """Files of the earlier plan go, optional ones included; files that are not a plan's stay."""
-    folder = tmp_path / "run"
-
-    def page(stage: Path) -> None:
-        (stage / "plan.html").write_text("page")
-        (stage / "figures").mkdir()
-        (stage / "figures" / "gap.png").write_text("figure")
-
-    write_plan(plan, folder, page)
-    (folder / "notes.txt").write_text("mine")
-    (folder / "videos").mkdir()
-    (folder / "videos" / "jump.mp4").write_text("mine too")
-    write_plan(plan.model_copy(update={"name": "second"}), folder)
-    assert read_plan(folder).name == "second"
-    assert names(folder) == OWN | {"notes.txt", "videos"} and names(tmp_path) == {"run"}
-    assert (folder / "notes.txt").read_text() == "mine" and (folder / "videos" / "jump.mp4").read_text() == "mine too"
-
-
-def test_an_empty_folder_is_used(plan: Plan, tmp_path: Path) -> None:
-    """A folder that is there but empty takes the results."""
-    (tmp_path / "run").mkdir()
-    check_output_folder(tmp_path / "run")
-    assert names(write_plan(plan, tmp_path / "run")) == OWN and names(tmp_path) == {"run"}
-
-
-def test_a_folder_of_other_things_is_refused(plan: Plan, tmp_path: Path) -> None:
-    """A folder that holds files but no plan is left alone."""
-    folder = tmp_path / "thesis"
-    folder.mkdir()
-    (folder / "chapter.tex").write_text("years of work")
-    with pytest.raises(PlanFileError, match=r"thesis: holds files but no plan\.json"):
-        write_plan(plan, folder)
-    assert names(folder) == {"chapter.tex"} and names(tmp_path) == {"thesis"}
-
-
-@pytest.mark.parametrize("below", ["", "deep/run"])
-def test_a_file_in_the_way_is_refused(plan: Plan, tmp_path: Path, below: str) -> None:
-    """Results are not written over a file, nor below one."""
-    (tmp_path / "run").write_text("a file")
-    with pytest.raises(PlanFileError, match=r"(run|it) is a file; choose another --out"):
-        write_plan(plan, tmp_path / "run" / below)
-    assert (tmp_path / "run").read_text() == "a file" and names(tmp_path) == {"run"}
-
-
-@pytest.mark.parametrize("folder", [".", ".."])
-def test_the_current_folder_is_refused(
-    plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str
-) -> None:
-    """The folder one works in, or one above it, is never moved away."""
-    (tmp_path / "work").mkdir()
-    monkeypatch.chdir(tmp_path / "work")
-    with pytest.raises(PlanFileError, match="current folder"):
-        write_plan(plan, Path(folder))
-    assert names(tmp_path) == {"work"} and names(tmp_path / "work") == set()
-
-
-def test_a_link_to_a_folder_stays_a_link(plan: Plan, tmp_path: Path) -> None:
-    """Results go where a link points to."""
-    (tmp_path / "disk").mkdir()
-    (tmp_path / "run").symlink_to(tmp_path / "disk")
-    write_plan(plan, tmp_path / "run")
-    assert (tmp_path / "run").is_symlink() and names(tmp_path / "disk") == OWN
 
 
 @pytest.mark.parametrize("text", ["", "not json", "[1, 2]", "\x00", '{"schema_version": 1'])

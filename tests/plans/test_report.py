@@ -100,6 +100,7 @@ def test_a_plan_without_contact(plan: Plan) -> None:
 def test_people_come_before_numbers(plan: Plan) -> None:
     """Sections in the order of what a reader asks; the picture is there if it was drawn."""
     headings = [line for line in report(plan).splitlines() if line.startswith("## ")]
-    assert headings == ["## Outcome", "## Contact", "## Cost", "## Numbers", "## Provenance"]
+    use = "## Use of friction and effort"
+    assert headings == ["## Outcome", use, "## Contact", "## Cost", "## Numbers", "## Provenance"]
     assert "![" not in report(plan)
     assert "![The robot at a few moments](figures/snapshots.png)\n" in report(plan, "figures/snapshots.png")

@@ -14,7 +14,7 @@ from fesd_robot.plans.requirements import requirements
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.task import load_task
 
-from .motions import Segment, collision, drop, motion_of, stance, tumble
+from .motions import FRICTION, Segment, collision, drop, motion_of, stance, tumble
 
 TASK = Path(__file__).parents[2] / "tasks" / "published_hopper_five_jumps.yaml"
 SAME = ["horizon.duration=0.3", "horizon.intervals=2", "reference={type: line}", "goal.configuration={}"]
@@ -60,7 +60,7 @@ def test_constraints(hopper: MotionProblem, constraint: str, size: float) -> Non
         seen = replace(seen, velocity=seen.velocity + np.array([1.0, 0, 0, 0]))
     found = missed(hopper, seen, f"constraints={{one: {constraint}}}")
     assert found == pytest.approx(
-        {"slip": 0, "slip_distance": 0, "constraint": size, "goal": 0, "waypoint": 0}, abs=1e-9
+        {"slip": 0, "slip_distance": 0, "reserve": 0, "constraint": size, "goal": 0, "waypoint": 0}, abs=1e-9
     )
 
 
@@ -91,6 +91,13 @@ def test_slip_distance(hopper: MotionProblem, limit: float, excess: float) -> No
         assert found["slip_distance"] == pytest.approx(excess, abs=1e-9)
 
 
+@pytest.mark.parametrize(("reserve", "excess"), [("reserve.friction=0.1", 0.05), ("contacts.foot.reserve=0.04", 0.0)])
+def test_reserve(hopper: MotionProblem, reserve: str, excess: float) -> None:
+    """A foot that sticks with 95 % of its friction uses so much of its reserve; one that slides uses none."""
+    assert missed(hopper, stance(0.95 * FRICTION), reserve)["reserve"] == pytest.approx(excess, abs=1e-9)
+    assert missed(hopper, stance(FRICTION, 0.6), reserve)["reserve"] == 0
+
+
 GOALS = [
     (drop, "goal.configuration={root_z: 0.5}", 0.0),
     (tumble, "goal.tolerance={configuration: {root_x: 0.01}}", 0.3 - 0.01),
@@ -117,7 +124,7 @@ def test_goals(hopper: MotionProblem, make: object, goal: str, size: float) -> N
         ends = (motion.configuration, motion.velocity)
         size = max(abs(values[-1, i] - values[0, j]) for values in ends for i, j in pairs)
     assert found == pytest.approx(
-        {"slip": 0, "slip_distance": 0, "constraint": 0, "goal": size, "waypoint": 0}, abs=1e-9
+        {"slip": 0, "slip_distance": 0, "reserve": 0, "constraint": 0, "goal": size, "waypoint": 0}, abs=1e-9
     )
 
 

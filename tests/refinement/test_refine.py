@@ -155,7 +155,7 @@ def test_what_has_something_to_spare(own: float, along: float, spares: bool) -> 
     nothing = cast(Any, None)
     one = SolvedMotion(nothing, nothing, nothing)
     one.__dict__.update(
-        _audit_without_replay=SimpleNamespace(worst=(own, "")),
+        audit_without_replay=SimpleNamespace(worst=(own, "")),
         _audit_without_impacts=SimpleNamespace(worst=(along, "")),
         audit=SimpleNamespace(worst=(0.9, "")),
     )

@@ -14,7 +14,6 @@ import pytest
 from fesd_robot.contact import Plane
 from fesd_robot.errors import DimensionError, FesdRobotError
 from fesd_robot.render import GroundVisual, PageContent, render_page
-from fesd_robot.render import files as files_module
 from fesd_robot.render import page as page_module
 from fesd_robot.render.animation import key_samples, sample_motion
 
@@ -133,21 +132,6 @@ def test_robot_without_shapes_warns(hop: Hop, tmp_path: Path, caplog: pytest.Log
     with caplog.at_level(logging.WARNING):
         render_page(tmp_path / "plan.html", content(hop, visual_model=pin.GeometryModel()))
     assert "shows no robot" in caplog.text
-
-
-def test_existing_page_survives_a_failed_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file is replaced whole or not at all."""
-    path = tmp_path / "plan.html"
-    path.write_text("old")
-
-    def fail(source: str, target: Path) -> None:
-        raise OSError("disk full")
-
-    monkeypatch.setattr(files_module.os, "replace", fail)
-    with pytest.raises(OSError, match="disk full"):
-        files_module.write_atomically(path, b"new")
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_ground_is_a_plane_that_rises_along_x() -> None:

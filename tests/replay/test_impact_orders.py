@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from fesd_robot.contact import ContactMode
+from fesd_robot.plans.landing_order import landing_orders
+from fesd_robot.plans.measured import Names
 from fesd_robot.recovery import ImpactRecord, PhysicalMotion, SwitchRecord
 from fesd_robot.recovery.between import stacked_elements
 from fesd_robot.replay.contacts import ReplayNote
-from fesd_robot.replay.impact_orders import impacts_in_turn
+from fesd_robot.replay.impact_orders import each_first, impacts_in_turn
 from fesd_robot.replay.impacts import impact
 from fesd_robot.replay.integrator import replay_motion
 from fesd_robot.replay.intervals import MotionReplay, replay_intervals
@@ -128,3 +130,24 @@ def test_orders_are_looked_at_where_a_plan_is_off_by_part_of_the_change(
     assert np.abs(second.impact_error).max() == pytest.approx(off / 2.0 * change, rel=1e-6)
     along = MotionReplay((second,)).without_impacts.velocity_errors
     assert along.max() == np.abs(second.velocity_error).max()
+
+
+def test_each_of_two_feet_first() -> None:
+    """Either foot before the other, in closed form; a foot that rests is none that hits."""
+    found = {first: feet(v) for _, first, v in each_first(FEET, np.zeros(3), landing(-0.5, -2.0), BOTH)}
+    np.testing.assert_allclose(found[0], in_turn(-0.5, -2.0), atol=1e-12)
+    np.testing.assert_allclose(found[1], (-0.5 + CROSS * 2.0 / OWN, 0.0), atol=1e-12)
+    assert list(each_first(FEET, np.zeros(3), landing(-1e-6, -2.0), BOTH)) == []
+
+
+def test_what_another_order_changes_is_told() -> None:
+    """Where a plan stops both feet at once, an order throws one of them up, which pitches the body."""
+    names = Names(["left", "right"], {}, {"x": "m/s", "z": "m/s", "pitch": "rad/s"}, {})
+    (found,) = landing_orders(fallen((0.0, 0.0)), FEET, names, lambda: True)
+    high = {"left": in_turn(-0.5, -2.0), "right": (-0.5 + CROSS * 2.0 / OWN, 0.0)}
+    pitch = {first: float(landing(*after)[2]) for first, after in high.items()}
+    first = max(pitch, key=lambda name: abs(pitch[name]))
+    assert (found.contacts, found.tried, found.first) == (["left", "right"], ["left", "right"], first)
+    assert (found.coordinate, found.unit, found.change) == ("pitch", "rad/s", pytest.approx(pitch[first]))
+    assert found.part == pytest.approx(abs(pitch[first]) / 7.5) and "left, right land at once" in found.sentence
+    assert landing_orders(fallen((0.0, 0.0)), FEET, names, lambda: False) == []

@@ -30,7 +30,7 @@ def test_the_design_keys_are_the_top_level() -> None:
     """The top level has exactly the documented keys."""
     keys = (
         "name, robot, bodies, ground, surfaces, contacts, horizon, postures, initial, goal, waypoints, reference, "
-        "costs, limits, constraints, method, solver, audit, output"
+        "costs, limits, reserve, constraints, method, solver, audit, output"
     )
     assert ", ".join(task_json_schema()["properties"]) == keys
 

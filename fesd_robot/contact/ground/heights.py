@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import itertools
 import math
+import struct
+import zlib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,12 +16,17 @@ from fesd_robot.contact.ground.height_field import MAX_POINTS
 from fesd_robot.contact.ground.profile import MAX_PIECES
 from fesd_robot.errors import GroundError, nearest_file
 from fesd_robot.exactness import ROUNDED
+from fesd_robot.ranges import MAX_IMAGE_BYTES, MAX_TABLE_BYTES, too_large
 
 _TABLES = {2: ("x,z", "two"), 3: ("x,y,z", "three")}
 """Number of columns -> their names, and the number in words."""
 
 _LEVELS = {"1": 1, "L": 255, "I;16": 65535, "I;16B": 65535, "I;16L": 65535, "I": 65535}
 """Mode of a grey image -> its white."""
+
+
+_NO_IMAGE = (OSError, EOFError, SyntaxError, ValueError, struct.error, zlib.error)
+"""What reading a PNG file that is cut, changed or none may raise."""
 
 
 class Grid(NamedTuple):
@@ -67,22 +74,27 @@ def read_image(path: Path, size: tuple[float, float], height: float, origin: tup
     Raises:
         GroundError: the file cannot be read or is no such image.
     """
-    from PIL import Image, UnidentifiedImageError
+    from PIL.PngImagePlugin import PngImageFile
 
     try:
-        with Image.open(path) as image:
-            mode, pixels = image.mode, np.asarray(image, dtype=float)
+        if fault := too_large(path, MAX_IMAGE_BYTES):
+            raise GroundError(f"{path}: {fault}")
+        with PngImageFile(path) as image:
+            mode, (columns, rows) = image.mode, image.size
+            if mode not in _LEVELS:
+                raise GroundError(
+                    f"{path.name} is an image of mode {mode}, expected a grey one with 8 or 16 bits a pixel"
+                )
+            if min(rows, columns) < 2 or rows * columns > MAX_POINTS:
+                raise GroundError(
+                    f"{path.name} has {columns} x {rows} pixels, expected at least 2 x 2 and at most "
+                    f"{MAX_POINTS} in all"
+                )
+            pixels = np.asarray(image, dtype=float)
     except FileNotFoundError as error:
         raise GroundError(f"there is no file {path}{nearest_file(path)}") from error
-    except (OSError, UnidentifiedImageError, SyntaxError) as error:
+    except _NO_IMAGE as error:
         raise GroundError(f"{path} cannot be read as an image, expected a grey PNG file") from error
-    if mode not in _LEVELS:
-        raise GroundError(f"{path.name} is an image of mode {mode}, expected a grey one with 8 or 16 bits a pixel")
-    rows, columns = pixels.shape
-    if min(rows, columns) < 2 or rows * columns > MAX_POINTS:
-        raise GroundError(
-            f"{path.name} has {columns} x {rows} pixels, expected at least 2 x 2 and at most {MAX_POINTS} in all"
-        )
     x, y, z = origin if origin is not None else (-size[0] / 2, -size[1] / 2, 0.0)
     heights = z + height * pixels[::-1].T / _LEVELS[mode]
     return Grid(x + np.linspace(0, size[0], columns), y + np.linspace(0, size[1], rows), heights)
@@ -90,6 +102,8 @@ def read_image(path: Path, size: tuple[float, float], height: float, origin: tup
 
 def _rows(path: Path) -> list[_Row]:
     try:
+        if fault := too_large(path, MAX_TABLE_BYTES):
+            raise GroundError(f"{path}: {fault}")
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except FileNotFoundError as error:
         raise GroundError(f"there is no file {path}{nearest_file(path)}") from error

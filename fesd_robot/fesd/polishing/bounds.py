@@ -60,6 +60,8 @@ class BoundsBuilder:
             frozen = ActiveFactor.COMPLEMENT in factors
             left = self._hold_jump(e, left, factors)
             for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=False)):
+                if member.spare is not None and factor is ActiveFactor.G:
+                    self._hold_spare(e, member.spare, frozen)
                 if frozen and member.condition.rate_share:
                     self._vanish(e, i)
                 elif self._conditions.met(i, factors) or self._follows(i, factors, before):
@@ -105,6 +107,11 @@ class BoundsBuilder:
             self._fix(point.state + member.invariant_state)
         for row in self._elements[e].state_rows[member.invariant_state]:  # index reduction
             self._g_lower[row], self._g_upper[row] = -np.inf, np.inf
+
+    def _hold_spare(self, e: int, variable: int, frozen: bool) -> None:
+        """Hold what H has to spare at zero or above, with room where the clock stands still."""
+        for point in self._elements[e].points[: self._stages]:
+            self._lower[point.algebraic + variable - self._n_x] = -ROOM if frozen else 0.0
 
     def _hold_since_left(self, e: int, member: ConditionFactors, left: PointIndices) -> None:
         """Hold G and what it was at the left boundary, and G at that boundary itself."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from fesd_robot.complementarity import ActiveFactor, Complementarity, HeldAt, Label
 from fesd_robot.dcs import ABOVE_LAW, IMPACT_LAW, ComplementaritySystem
-from fesd_robot.running import kept_with_first
+from fesd_robot.running import check_time, kept_with_first
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,7 @@ class ConditionFactors:
         G, H: indices of quantities; G is `direction`, +1 or -1, times its quantity.
         complement: index of a quantity; None if there is none.
         invariant_state: index of the state that stays at zero by itself while H is not zero; None if there is none.
+        spare: index of the algebraic variable by which H is larger than its least, into (x, z); None if there is none.
     """
 
     condition: Complementarity
@@ -50,6 +51,7 @@ class ConditionFactors:
     H: int
     complement: int | None
     invariant_state: int | None
+    spare: int | None
 
     def quantity(self, factor: ActiveFactor) -> int:
         """Return the index of the quantity that a factor is."""
@@ -230,6 +232,7 @@ def conditions_of(system: ComplementaritySystem) -> ElementConditions:
     quantities = _Quantities(system)
     members = []
     for condition in (*system.pairs, *system.vanishing):
+        check_time()
         G, direction = quantities.index(condition.G, either_sign=condition.vanishing)
         invariant = quantities.known[G].variables if condition.invariant else ()
         members.append(
@@ -240,6 +243,7 @@ def conditions_of(system: ComplementaritySystem) -> ElementConditions:
                 H=quantities.index(condition.H, vanish_together=condition.vanish_together)[0],
                 complement=None if condition.complement is None else quantities.index(condition.complement)[0],
                 invariant_state=invariant[0] if invariant else None,
+                spare=None if condition.spare is None else quantities.variable(condition.spare),
             )
         )
     x_z = [system.state, system.algebraic]
@@ -316,6 +320,10 @@ class _Quantities:
             self.rows.append(expression)
         self.known.append(Quantity(expression, variables, sign, offset, row))
         return len(self.known) - 1, 1
+
+    def variable(self, symbol: ca.SX) -> int:
+        """Return the index of a state or an algebraic variable."""
+        return _affine(symbol, self._arguments, self._nonnegative)[0][0]
 
 
 def _affine(expression: ca.SX, arguments: ca.SX, nonnegative: np.ndarray) -> tuple[tuple[int, ...], float, float]:

@@ -32,6 +32,9 @@ VIOLATION_OF_PRODUCTS = 1e-10
 """The same of a multiplier that is a product, as what is unused of a cone, (mu f_n)^2 - f_t^2: where the force is small
 it is the square of a force, of a hundred-thousandth of the weight."""
 
+VIOLATION_OF_SPARES = 1e-6
+"""The same of what a multiplier has to spare beyond its least, which no law of mechanics asks for."""
+
 PENETRATION = 2e-6
 """What a gap may be negative between stages, m: a foot that lands without acceleration has a flat gap, all of which a
 stricter bound would touch."""
@@ -96,6 +99,14 @@ def violated_between_stages(motion: BranchMotion) -> list[Violated]:
         for i in simple:
             found += _violated((e, i), z[:, i - n_x], (0.0, np.inf), VIOLATION_OF_MULTIPLIERS)
         zero = conditions.vanishing(branch.factors[e])  # no bound keeps these away from there
+        for i in {
+            one.spare
+            for one, factor in zip(conditions.members, branch.factors[e], strict=False)
+            if one.spare is not None and factor is ActiveFactor.G
+        }:
+            missing = float(-z[:, i - n_x].min())
+            if missing > VIOLATION_OF_SPARES:
+                found.append(Violated(missing, BoundBetween(e, i, -1, 0.0, of_mode=True)))
         own = [one for one in products if one.variable not in zero]
         found += _products(own, e, x, z, transcription.parameters[:, elements[e].interval], n_x)
         for path in paths:

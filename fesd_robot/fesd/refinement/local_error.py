@@ -32,6 +32,7 @@ from fesd_robot.fesd.tableau import Tableau, make_tableau
 from fesd_robot.fesd.trajectory import Element
 from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.ranges import MAX_STAGES
+from fesd_robot.running import check_time
 
 NEWTON_ITERATIONS = 12
 """Most Newton iterations for an element; from the interpolated stages 2 to 4 are enough."""
@@ -64,6 +65,7 @@ def local_errors(motion: BranchMotion, *, parts: int = 1) -> np.ndarray:
     tableau = motion.transcription.options.tableau
     errors = np.zeros(len(elements))
     for e, element in enumerate(elements):
+        check_time()
         if branch.without_length[e] or element.step <= 0:
             continue
         end: np.ndarray | None = element.x_left
@@ -90,6 +92,7 @@ def multiplier_errors(motion: BranchMotion) -> np.ndarray:
     tableau, finer = motion.transcription.options.tableau, mode.options.tableau
     errors = np.zeros(len(elements))
     for e, element in enumerate(elements):
+        check_time()
         stages = element.z[: tableau.stages]
         ends = _at_ends(tableau, stages)
         near = np.vstack([stages, ends]).min(axis=0) < NEAR_BOUND

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import fesd_robot.render.matplotlib_settings  # noqa: F401  before Matplotlib is
+
+# isort: split
 import io
 from collections.abc import Sequence
 from functools import partial
@@ -13,7 +16,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fesd_robot.errors import DimensionError
-from fesd_robot.plans import Plan
+from fesd_robot.plans import ANIMATION_FILE, Plan
 from fesd_robot.render.figures.animation import animation
 from fesd_robot.render.figures.background import phases_of
 from fesd_robot.render.figures.contacts import cones_figure, contacts_figure, timeline_figure
@@ -22,12 +25,10 @@ from fesd_robot.render.figures.energy import center_of_mass_figure, energy_figur
 from fesd_robot.render.figures.look import DPI, Look
 from fesd_robot.render.figures.robot_motion import RobotMotion, robot_motion
 from fesd_robot.render.figures.snapshots import snapshots_figure
-from fesd_robot.render.files import write_atomically
 from fesd_robot.running import in_other_process
+from fesd_robot.writing import write_atomically
 
-__all__ = ["ANIMATION_FILE", "Look", "build_figures", "robot_motion", "write_animation", "write_figures"]
-
-ANIMATION_FILE = "motion.gif"
+__all__ = ["Look", "build_figures", "robot_motion", "write_animation", "write_figures"]
 
 _METADATA: dict[str, dict[str, Any]] = {
     "png": {"Software": None},
