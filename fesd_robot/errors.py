@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from fesd_robot.printable import visible
+
 _NUMBER = re.compile(r"^\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([a-zA-Z°%][^\d]*)?$")
 """A number, with a point or a comma, and what may be its unit."""
 
@@ -16,7 +18,7 @@ class FesdRobotError(Exception):
 
     def __str__(self) -> str:
         """Return the message, with ends of lines, control characters and what turns the text round escaped."""
-        return printable(super().__str__())
+        return visible(super().__str__())
 
 
 class TaskError(FesdRobotError):
@@ -102,11 +104,6 @@ class OptionError(FesdRobotError, ValueError):
 
 class SolverError(FesdRobotError):
     """The numerical solver could not be run at all (a solve that merely fails is a status, not an exception)."""
-
-
-def printable(text: str) -> str:
-    """Return a text with everything escaped that does not show, as ``\\n`` and ``\\x1b``."""
-    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

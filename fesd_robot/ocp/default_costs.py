@@ -21,6 +21,9 @@ from fesd_robot.task import CircleBoxContact, CircleCircleContact, CircleContact
 CONFIGURATION, VELOCITY, CONTROL, SLIPPING = 10.0, 0.1, 1.0, 10.0
 """What a deviation of one unit of `RobotScales` costs per second; for slipping: one such work."""
 
+LARGEST = 1e9
+"""m and kg; robots that reach farther or weigh more, or less than its inverse, are mistakes."""
+
 WITHOUT_GRAVITY = 0.1
 """s; the time that belongs to a robot where nothing falls."""
 
@@ -78,6 +81,9 @@ def scales_of(task: Task, robot: Robot) -> RobotScales:
     Args:
         task: with its contacts in their places.
         robot: with frames there.
+
+    Raises:
+        TaskError: a robot whose squares of scales are none that a computer has.
     """
     model = robot.model
     data, trees = model.createData(), dict[int, list[tuple[float, np.ndarray]]]()
@@ -95,9 +101,16 @@ def scales_of(task: Task, robot: Robot) -> RobotScales:
                 place = data.oMf[robot.frame_id(name)].translation
                 reached.append(float(np.linalg.norm(place - centers[root])) + radius)
     length = max(reached, default=0.0) or 1.0
+    mass = pin.computeTotalMass(model) or 1.0
+    if not all(1 / LARGEST < size < LARGEST for size in (length, mass)):
+        raise task.error(
+            "robot",
+            f"found a robot of {mass:g} kg that reaches {length:g} m with its contacts, expected both between "
+            f"{1 / LARGEST:g} and {LARGEST:g}",
+        )
     gravity = float(np.linalg.norm(model.gravity.linear))
     time = float(np.sqrt(length / gravity)) if gravity > 0 else WITHOUT_GRAVITY
-    return RobotScales(pin.computeTotalMass(model) or 1.0, length, time)
+    return RobotScales(mass, length, time)
 
 
 def reference_posture(robot: Robot) -> np.ndarray:

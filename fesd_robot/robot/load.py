@@ -12,7 +12,6 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.arguments import checked
 from fesd_robot.errors import RobotError, nearest
 from fesd_robot.robot.couple import in_unison
 from fesd_robot.robot.followers import LimitNotes, with_followers
@@ -49,7 +48,6 @@ _NO_LIMIT_FROM = 1e19
 """Numbers from here on stand for no limit in Pinocchio's models."""
 
 
-@checked
 def load_robot(
     source: str | Path,
     *,

@@ -137,13 +137,16 @@ def check_elements(path: Path, root: ElementTree.Element) -> None:
         raise RobotError(f"{path}: {fault}.")
 
 
+_SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
+
+
 def longest_shape(root: ElementTree.Element) -> float:
     """Return the length of the longest shape of a file after `check_elements` without its meshes, m."""
     sizes = [
         float(part)
         for geometry in root.iterfind("link/*/geometry")
         for shape in geometry
-        for key in ("size", "radius", "length")
+        for key in _SIZES.get(_tag(shape), ())  # an attribute of another shape is nothing that was checked
         for part in shape.get(key, "").split()
     ]
     return max(sizes, default=0.0)

@@ -12,6 +12,7 @@ from fesd_robot.task.constraints import ContactWindow
 from fesd_robot.task.costs import COST_TERMS
 from fesd_robot.task.endpoints import FreeDuration
 from fesd_robot.task.fields import conflict
+from fesd_robot.task.limits import SpeedOfTime
 from fesd_robot.task.reference import Jumps, ThroughWaypoints
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
                 yield from _time(task, ("constraints", name, "times"), time)
     yield from _costs(task)
     free = isinstance(task.horizon.duration, FreeDuration)
-    if task.method.contact == "impulses" and not free and "speed_of_time" in task.limits.model_fields_set:
+    if task.method.contact == "impulses" and not free and task.limits.speed_of_time != SpeedOfTime():
         yield conflict(
             ("limits", "speed_of_time"),
             "found limits of the speed of time, which is 1 with a fixed horizon.duration and method.contact: impulses; "

@@ -90,7 +90,7 @@ def test_values_that_cannot_be_shown_are_named(hop: Hop, tmp_path: Path) -> None
     """NaN and a clock that runs backwards are errors with the row; rounding noise of the clock is not."""
     broken = hop.configuration.copy()
     broken[7, 1] = np.nan
-    with pytest.raises(FesdRobotError, match="configuration has a value that is not finite in row 7"):
+    with pytest.raises(FesdRobotError, match="configuration has a value in row 7 that is not finite"):
         render_page(tmp_path / "plan.html", content(hop, configuration=broken))
     with pytest.raises(FesdRobotError, match="time decreases from"):
         render_page(tmp_path / "plan.html", content(hop, time=hop.time[::-1]))

@@ -339,3 +339,11 @@ def test_motors_of_robots_that_were_put_together(path, joint):
     robot = load_robot(library.examples_folder() / path)
     assert robot.driven[robot.velocity_names.index(joint)]
     assert any("without <transmission>" in sentence and joint in sentence for sentence in robot.notes)
+
+
+def test_a_size_that_a_shape_does_not_have_is_left_alone(tmp_path: Path) -> None:
+    """An attribute of another shape is no number of the model, whatever it says."""
+    file = tmp_path / "hopper.urdf"
+    text = (Path(__file__).parents[2] / "models" / "hopper" / "hopper.urdf").read_text(encoding="utf-8")
+    file.write_text(text.replace('<sphere radius="0.1"/>', '<sphere radius="0.1" size="0,6"/>'), encoding="utf-8")
+    assert load_robot(file).joint_names

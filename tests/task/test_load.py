@@ -241,3 +241,9 @@ def test_wrong_merges_and_decimal_commas_are_named(write: Write, text: str, mess
     with pytest.raises(TaskError, match=message) as caught:
         load_task(write(f"name: first\n{text}\n"))
     assert caught.value.line == 2
+
+
+def test_a_task_with_impulses_is_one_as_a_plan_keeps_it(write: Write) -> None:
+    """Defaults that have no effect may be written out, as they are in a plan."""
+    task = load_task(write(TEN_LINES + "method: {contact: impulses}\n"))
+    assert Task.model_validate(task.model_dump(mode="json")) == task
