@@ -41,7 +41,7 @@ MOST_SECONDS = 30
 """s of wall time; a process that takes longer hangs."""
 
 FOREIGN = re.compile(
-    r"\.(cpp|hpp|hxx|cc|h):\d|std::|terminate called|Assertion|0x[0-9a-f]{7}|object at|boost|/src/|[a-z]Error: "
+    r"\.(cpp|hpp|hxx|cc|h):\d|std::|terminate called|Assertion|0x[0-9a-f]{7}|object at 0x|boost|/src/|[a-z]Error: "
 )
 """Words of C++ and of Python that no sentence for users has."""
 
