@@ -34,7 +34,7 @@ def test_a_task_that_has_moved_cannot_be_drawn(short_plan: Plan, tmp_path: Path)
         render_plan(short_plan, tmp_path, task_folder=tmp_path)
 
 
-PLAIN = [kind for kind, each in EXPORTS.items() if kind != "npz" and not each.model]
+PLAIN = [kind for kind, each in EXPORTS.items() if kind != "npz" and not (each.model or each.gains)]
 """Formats of which a file holds neither the time of its writing nor the motion of the model, which is read for it."""
 
 

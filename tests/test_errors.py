@@ -16,6 +16,10 @@ ALLOWED = {
     ("dcs/checks.py", "TypeError"): "caught by the function that raises it",
     ("lazy.py", "AttributeError"): "asked for by PEP 562",
     ("plans/record.py", "ValueError"): "asked for by pydantic, becomes a PlanFileError with file and key",
+    (
+        "plans/results_folder.py",
+        "NotADirectoryError",
+    ): "caught as what cannot be written by the function that raises it",
     ("render/window.py", "NotImplementedError"): "a method of Meshcat's window that a page cannot have",
 }
 """(file, exception) -> why it may be raised although it is none of this package's."""

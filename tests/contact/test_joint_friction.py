@@ -94,7 +94,7 @@ def driven(
     )
     transcription = _transcription(ocp, elements)
     polisher = BranchTranscription(transcription)
-    solution = solve(transcription.problem, Run(HomotopyOptions(compile=False)), polisher=polisher)
+    solution = solve(transcription.problem, Run(HomotopyOptions(compile="never")), polisher=polisher)
     assert solution.exact and solution.branch is not None
     found = transcription.unpack(solution.w)
     motion = recover(found, solution.branch, RADAU, dynamics, contacts, system, AUXILIARY_FORCE)

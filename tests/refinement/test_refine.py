@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fesd_robot.contact.model import STICKING_MARGIN
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import HomotopyOptions, Run, solve
@@ -28,7 +29,9 @@ TASKS = Path(__file__).parents[2] / "tasks"
 @pytest.fixture(scope="module")
 def coarse() -> tuple[SolvedMotion, HomotopyOptions]:
     """The biped's step from two stages, which is no motion, and the options it was found with."""
-    task = load_task(TASKS / "biped_step.yaml", ["method.grid=uniform"])
+    task = load_task(
+        TASKS / "biped_step.yaml", ["method.grid=uniform", f"ground.friction={0.5 / (1 - STICKING_MARGIN)}"]
+    )
     motion, options = formulate(task), homotopy_options(task)
     transcription = Transcription(motion.ocp, motion.fesd)
     repair = Repair(transcription, Run(options))

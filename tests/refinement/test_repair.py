@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fesd_robot.contact.model import STICKING_MARGIN
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.polishing import BranchTranscription
 from fesd_robot.mpcc import MpccSolution, NlpReport, Run, solve
@@ -22,7 +23,9 @@ TASKS = Path(__file__).parents[2] / "tasks"
 @pytest.fixture(scope="module")
 def task() -> Task:
     """A jump whose homotopy ends on a branch that three elements an interval do not fit."""
-    return load_task(TASKS / "hopper_wedge.yaml", ["method.grid=uniform"])
+    return load_task(
+        TASKS / "hopper_wedge.yaml", ["method.grid=uniform", f"ground.friction={0.6 / (1 - STICKING_MARGIN)}"]
+    )
 
 
 @pytest.fixture(scope="module")
