@@ -21,6 +21,7 @@ ALLOWED = {
         "NotADirectoryError",
     ): "caught as what cannot be written by the function that raises it",
     ("render/window.py", "NotImplementedError"): "a method of Meshcat's window that a page cannot have",
+    ("writing.py", "FileNotFoundError"): "that of the operating system, for a folder that is gone",
 }
 """(file, exception) -> why it may be raised although it is none of this package's."""
 
