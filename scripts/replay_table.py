@@ -35,11 +35,18 @@ def plans_in(folders: Sequence[Path]) -> Iterator[Plan]:
             yield read_plan(file)
 
 
+def reserve_of(plan: Plan) -> dict[str, float]:
+    """Return the parts of cones and limits that the task of a plan asks it to leave unused."""
+    given = plan.task.get("reserve") or {}
+    return {key: float(given.get(key, 0.0)) for key in ("friction", "effort")}
+
+
 def row_of(found: Replay, seconds: float) -> dict[str, Any]:
     """Return what is kept of a replay."""
     return {
         "plan": found.plan.name,
         "seconds": round(seconds, 1),
+        "reserve": reserve_of(found.plan),
         "steps": found.scene.model.opt.timestep,
         "notes": list(found.scene.notes),
         "runs": [each.entry() for each in found.runs],
@@ -52,7 +59,14 @@ def measured(plan: Plan, perturb: bool) -> dict[str, Any]:
     try:
         return row_of(replay(plan, perturb=perturb), time.perf_counter() - begin)
     except FesdRobotError as error:
-        return {"plan": plan.name, "seconds": 0.0, "steps": 0.0, "notes": [str(error)], "runs": []}
+        return {
+            "plan": plan.name,
+            "seconds": 0.0,
+            "reserve": reserve_of(plan),
+            "steps": 0.0,
+            "notes": [str(error)],
+            "runs": [],
+        }
 
 
 def meets(entry: dict[str, Any]) -> bool:
@@ -65,6 +79,10 @@ def meets(entry: dict[str, Any]) -> bool:
 def page(rows: Sequence[dict[str, Any]]) -> str:
     """Return the page of all rows."""
     held = sum(any(meets(each) for each in row["runs"] if each["controller"] == TARGET) for row in rows)
+    reserves = sorted({(row["reserve"]["friction"], row["reserve"]["effort"]) for row in rows})
+    kept = " or ".join(
+        f"{100 * friction:g} % of cones of friction and {100 * effort:g} % of efforts" for friction, effort in reserves
+    )
     lines = [
         "# Plans in MuJoCo",
         "",
@@ -72,6 +90,8 @@ def page(rows: Sequence[dict[str, Any]]) -> str:
         "controls alone, with proportional and derivative controllers, and with the LQR, all with the same weights "
         "([Replay](../replay.md)): root mean square and end of the error of its bodies, mm, and the largest error of a "
         "landing, ms. A run in bold has not finished.",
+        "",
+        f"The plans leave {kept} unused (`reserve`).",
         "",
         f"With the LQR {held} of {len(rows)} have an error of their bodies of at most {1e3 * RMS:g} mm and every "
         f"landing within {1e3 * LANDING:g} ms.",
