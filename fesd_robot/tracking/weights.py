@@ -35,7 +35,7 @@ class TrackingWeights:
         OptionError: a scale that is not a number greater than 0.
     """
 
-    root_position: float = 0.02
+    root_position: float = 0.01
     root_velocity: float = 0.2
     root_angle: float = 0.05
     root_rate: float = 0.5
