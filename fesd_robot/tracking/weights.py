@@ -21,7 +21,8 @@ class TrackingWeights:
     hardly counts.
 
     Args:
-        root_position, root_velocity: of roots and free bodies, m and m/s.
+        root_position: of the robot's root, m; body_position: of free bodies, m, which only contacts move.
+        root_velocity: of roots and free bodies, m/s.
         root_angle, root_rate: of their orientation, rad and rad/s.
         hinge_angle, hinge_rate: of joints that turn, rad and rad/s.
         slide_position, slide_velocity: of joints that slide, m and m/s.
@@ -36,6 +37,7 @@ class TrackingWeights:
     """
 
     root_position: float = 0.01
+    body_position: float = 0.02
     root_velocity: float = 0.2
     root_angle: float = 0.05
     root_rate: float = 0.5
@@ -73,6 +75,9 @@ class TrackingWeights:
             (False, False): (self.hinge_angle, self.hinge_rate),
         }
         scales = np.array([kinds[name in roots, units[name] == "m/s"] for name in robot.velocity_names]).T
+        for i, name in enumerate(robot.velocity_names):
+            if name in roots and units[name] == "m/s" and robot.body_of(name) is not None:
+                scales[0, i] = self.body_position
         for own, row, key in ((self.position, scales[0], "position"), (self.velocity, scales[1], "velocity")):
             for name, scale in own.items():
                 row[_index(name, robot.velocity_names, key, "velocity coordinate")] = scale
