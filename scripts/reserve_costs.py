@@ -8,6 +8,7 @@ Shares of cones are those of the plans' own outcomes, of efforts those of their 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,11 @@ def effort_of(plan: Plan) -> float | None:
             if np.isfinite(limit) and limit > 0:
                 shares.append(float(side / limit))
     return max(shares, default=None)
+
+
+def commits(plans: Sequence[Plan]) -> str:
+    """Return the commits of the program that plans were made with, as their tasks lie in its repository."""
+    return ", ".join(sorted({each.provenance.git for each in plans}))
 
 
 def row(without: Plan, reserved: Plan) -> str:
@@ -67,7 +73,8 @@ def main() -> int:
         "",
         f"Written by `scripts/reserve_costs.py`: {len(pairs)} tasks planned without a reserve and with "
         f"`reserve: {' or '.join(asked)}`. Cheaper with a reserve means that the search took another way. Shares are "
-        "the largest of any contact that sticks or lands, and of any control.",
+        "the largest of any contact that sticks or lands, and of any control. Plans without a reserve were made at "
+        f"{commits([without for without, _ in pairs])}, those with one at {commits([other for _, other in pairs])}.",
         "",
         "| task | cost without | with | change | cone without | with | effort without | with |",
         "|---|---|---|---|---|---|---|---|",
