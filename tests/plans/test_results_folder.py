@@ -312,6 +312,7 @@ def killed_at(number: int, work: Callable[[], Any], folder: Path) -> bool:
     return os.WIFSIGNALED(os.waitpid(process, 0)[1])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes that are forked")
 @pytest.mark.parametrize("first", [False, True], ids=["over an earlier plan", "in a new folder"])
 def test_a_kill_leaves_the_earlier_or_the_new_plan(plan: Plan, tmp_path: Path, first: bool) -> None:
