@@ -64,7 +64,7 @@ BELOW: dict[str, set[str]] = {
         "complementarity", "fesd", "mpcc", "native", "nlp", "ocp", "phases", "plans", "refinement", "replay", "running",
         "starts", "task", "tracking",
     },
-    "in_mujoco": {"contact", "ocp", "plans", "render", "robot", "task", "tracking"},
+    "in_mujoco": {"contact", "ocp", "plans", "render", "robot", "simulation", "task", "tracking"},
     "actions": {"explanation", "fesd", "ocp", "phases", "plans", "recovery", "render", "robot", "task", "tracking"},
     "cli": {
         "actions", "examples", "explanation", "first_task", "in_mujoco", "mpcc", "ocp", "planning", "plans", "render",

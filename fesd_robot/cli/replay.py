@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 def controller_names() -> list[str]:
     """Return the names of all controllers, for the completion of a command line."""
-    from fesd_robot.in_mujoco import CONTROLLERS
+    from fesd_robot.in_mujoco import RUNS
 
-    return list(CONTROLLERS)
+    return list(RUNS)
 
 
 def replay(
@@ -33,7 +33,8 @@ def replay(
         typer.Option(
             "--controller",
             metavar="NAME",
-            help="open-loop, pd or lqr; may be given several times. Default: all three.",
+            help="open-loop, pd or lqr, or event-driven: the controls alone in this program's own integrator, beside "
+            "MuJoCo; may be given several times. Default: the first three.",
             show_default=False,
             autocompletion=controller_names,
         ),

@@ -8,6 +8,7 @@ from fesd_robot.lazy import lazy_exports
 
 __all__ = [
     "CONTROLLERS",
+    "RUNS",
     "Controller",
     "Deviation",
     "Disturbance",
@@ -29,7 +30,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from fesd_robot.in_mujoco.controllers import CONTROLLERS
+    from fesd_robot.in_mujoco.controllers import CONTROLLERS, RUNS
     from fesd_robot.in_mujoco.driving import Controller, Disturbance, Noise, OpenLoop, RunRecord, run
     from fesd_robot.in_mujoco.files import write_replay
     from fesd_robot.in_mujoco.measures import Deviation
@@ -41,7 +42,7 @@ else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "fesd_robot.in_mujoco.controllers": ["CONTROLLERS"],
+            "fesd_robot.in_mujoco.controllers": ["CONTROLLERS", "RUNS"],
             "fesd_robot.in_mujoco.files": ["write_replay"],
             "fesd_robot.in_mujoco.measures": ["Deviation"],
             "fesd_robot.in_mujoco.perturbed": ["perturbations"],

@@ -17,6 +17,11 @@ CONTROLLERS = {
 }
 """Name of a controller -> what it does."""
 
+EVENT_DRIVEN = "event-driven"
+
+RUNS = {**CONTROLLERS, EVENT_DRIVEN: "the controls of the plan in this program's own integrator, from event to event"}
+"""Name of a run -> what it is: with a controller in MuJoCo, or beside that."""
+
 MakeController = Callable[[], Controller]
 
 
@@ -34,9 +39,7 @@ def controller_of(name: str, plan: Plan, motion: MotionProblem, *, hold: float =
         PlanFileError: a plan that gains cannot be computed for.
     """
     if name not in CONTROLLERS:
-        raise OptionError(
-            f"found controller '{name}', expected one of {', '.join(CONTROLLERS)}{nearest(name, CONTROLLERS)}"
-        )
+        raise OptionError(f"found controller '{name}', expected one of {', '.join(RUNS)}{nearest(name, RUNS)}")
     if name == "open-loop":
         return lambda: OpenLoop(plan, hold)
     if name == "pd":

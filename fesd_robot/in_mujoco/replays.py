@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from fesd_robot.errors import PlanFileError
-from fesd_robot.in_mujoco.controllers import CONTROLLERS, MakeController, controller_of
+from fesd_robot.in_mujoco.controllers import CONTROLLERS, EVENT_DRIVEN, MakeController, controller_of
 from fesd_robot.in_mujoco.driving import HOLD, RunRecord, run
 from fesd_robot.in_mujoco.measures import Deviation
 from fesd_robot.in_mujoco.perturbed import Perturbation, perturbations
@@ -106,7 +106,7 @@ def replay(
 
     Args:
         plan: from `plan` or `read_plan`.
-        controllers: keys of `CONTROLLERS`.
+        controllers: keys of `RUNS`.
         perturb: whether twenty runs that differ from the plan follow each, `perturbations`.
         unsolved: whether a plan that is not solved is replayed, too; in open loop only, for there are no gains for it.
         motion: the task of the plan, formulated; default: it is formulated.
@@ -129,6 +129,10 @@ def replay(
     runs, left_out = [], []
     for name in controllers:
         say(f"replaying {plan.name} with {name}")
+        if name == EVENT_DRIVEN:
+            record = _integrated(plan, motion)
+            runs.append(ReplayRun(name, record, Deviation(scene, plan, record)))
+            continue
         try:
             make = controller_of(name, plan, motion)
         except PlanFileError as error:
@@ -140,6 +144,12 @@ def replay(
         perturbed = _perturbed(plan, motion, sliding, make, say) if perturb else ()
         runs.append(ReplayRun(name, record, Deviation(scene, plan, record), perturbed))
     return Replay(plan, scene, runs, left_out)
+
+
+def _integrated(plan: Plan, motion: MotionProblem) -> RunRecord:
+    from fesd_robot.in_mujoco.own_integrator import integrated  # the rooms of simulation load slowly
+
+    return integrated(plan, motion.robot)
 
 
 def _perturbed(

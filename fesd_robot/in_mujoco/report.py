@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from fesd_robot.in_mujoco.controllers import CONTROLLERS
+from fesd_robot.in_mujoco.controllers import RUNS
 from fesd_robot.in_mujoco.measures import APART, TURNED, TouchdownError
 from fesd_robot.in_mujoco.replays import Replay, ReplayRun
 
@@ -33,7 +33,7 @@ def report(replay: Replay, picture: str | None = None) -> str:
         f"A run has finished if it ends with every body within {100 * APART:g} cm and {TURNED:g} rad of its place in "
         "the plan; of a robot that cannot travel, every joint. Errors of joints are of those behind the bodies' own.",
         "",
-        *(f"- {each.controller}: {CONTROLLERS[each.controller]}" for each in replay.runs),
+        *(f"- {each.controller}: {RUNS[each.controller]}" for each in replay.runs),
     ]
     return "\n".join(lines) + "\n"
 
