@@ -15,9 +15,7 @@ from fesd_robot.exactness import ROUNDED
 from fesd_robot.in_mujoco.scene import MujocoScene
 from fesd_robot.ocp import numeric_physics
 from fesd_robot.plans import Plan
-
-HOLD = 1e-3
-"""s; how long a control holds."""
+from fesd_robot.tracking.tracker import HOLD
 
 OUT_OF_SIGHT = 1e3
 """m or rad, m/s or rad/s; where a state is larger, the run has ended."""

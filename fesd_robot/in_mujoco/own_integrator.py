@@ -46,9 +46,9 @@ def integrated(plan: Plan, robot: Robot) -> RunRecord:
 
 def _between(time: np.ndarray, values: np.ndarray, slopes: np.ndarray | None, wanted: np.ndarray) -> np.ndarray:
     """Return values between samples, by their slopes where these are known; an impact has two samples at its time."""
-    if slopes is None:
-        return np.interp(wanted, time, values)
     result = np.interp(wanted, time, values)
+    if slopes is None:
+        return result
     for part in np.split(np.arange(len(time)), np.flatnonzero(np.diff(time) <= SAME_TIME) + 1):
         inside = (wanted >= time[part[0]]) & (wanted <= time[part[-1]])
         if len(part) > 1 and inside.any():
