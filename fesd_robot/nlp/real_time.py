@@ -1,0 +1,473 @@
+"""Interior-point steps in two halves: all that can be done before a measurement, and what comes after it.
+
+The numbers that a measurement brings, as the state in which a motion begins, are values of fixed variables. Functions,
+derivatives and the factors of the KKT matrix do not wait for them; afterwards there is one right-hand side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from scipy import sparse
+
+from fesd_robot.errors import SolverError
+from fesd_robot.native import kkt_library
+from fesd_robot.native.linear_solver import KktSystem
+from fesd_robot.nlp.nlp import Nlp, NlpNumbers
+
+BARRIER = 1e-4
+"""Product of a multiplier and the distance from its bound."""
+
+STRENGTH = 1e3
+"""Multiplier above which a bound gives way."""
+
+PROXIMITY, STRONGEST = 1e-8, 1e4
+"""Weight of the step, which decides variables on which nothing depends, and the strongest one that is tried."""
+
+REGULARISATION = 1e-9
+"""Of equality rows, which may depend on each other; it acts on changes of their multipliers only."""
+
+PIVOT = 1e-6
+"""Least pivot, as a part of its column."""
+
+TO_BOUNDARY = 0.9
+"""How much of the way to the boundary a step takes at most."""
+
+BLOCKED = 0.5
+"""Share of a step below which a longer one is looked for."""
+
+LESS = 0.1
+"""By how much a longer step lessens violations, as a part of what its linear model promises."""
+
+NEAREST = 0.1
+"""Least distance from a bound that a point begins with, as a part of what belongs to its multiplier."""
+
+FIRST = 1e-3
+"""Distance from bounds at which iterates without multipliers begin, at least."""
+
+
+@dataclass(frozen=True)
+class PrimalDual:
+    """A primal-dual point.
+
+    Attributes:
+        x: variables, (n).
+        slack: values that inequality rows are meant to have, (m_i).
+        lam: multipliers of all bounded rows, (m).
+        z: multipliers of bounds, between 0 and the strength of these, (b).
+        inside, beyond: distances t and e from a bound, of which t - e is how far a value is inside of it, (b).
+    """
+
+    x: np.ndarray
+    slack: np.ndarray
+    lam: np.ndarray
+    z: np.ndarray
+    inside: np.ndarray
+    beyond: np.ndarray
+
+
+@dataclass(frozen=True)
+class Step:
+    """Where a step leads.
+
+    Attributes:
+        iterate: behind it.
+        share: how much of it was taken, 1 unless a bound was in the way.
+    """
+
+    iterate: PrimalDual
+    share: float
+
+
+class RealTimeInteriorPoint:
+    """Newton steps on the primal-dual equations of one NLP with a fixed barrier parameter.
+
+        min f(x) + rho sum(e) - mu sum(log(t) + log(e))
+        subject to  c_E(x) = b,  c_I(x) = s,  t - e = distances of x and s from their bounds
+
+    The equations are smooth: their solution is a smooth function of the fixed variables, and one step with the exact
+    Hessian follows it to second order. Equality rows are met to round-off; bounds are kept at a distance of mu over
+    their multiplier, and give way where nothing else can.
+
+    Args:
+        nlp: the program.
+        numbers: its bounds and parameters; variables whose bounds agree are fixed, at values that a step is given.
+        elastic: numbers of fixed variables that are not: they are held by bounds, which may give way.
+        barrier: mu.
+        strength: rho.
+
+    Raises:
+        SolverError: the linear solver cannot be compiled.
+
+    Source: Waechter, Biegler, On the implementation of an interior-point filter line-search algorithm for large-scale
+    nonlinear programming, 2006; Zanelli, Quirynen, Jerez, Diehl, A homotopy-based nonlinear interior-point method for
+    NMPC, 2017; Diehl, Bock, Schloeder, A real-time iteration scheme for nonlinear optimization in optimal feedback
+    control, 2005.
+    """
+
+    def __init__(
+        self,
+        nlp: Nlp,
+        numbers: NlpNumbers,
+        elastic: np.ndarray | None = None,
+        barrier: float = BARRIER,
+        strength: float = STRENGTH,
+    ) -> None:
+        library = kkt_library()
+        if library is None:
+            raise SolverError("steps in real time need a C++ compiler (the log says what failed)")
+        self.size, self.barrier, self.strength = nlp.size, barrier, strength
+        self._always_fixed = numbers.lower == numbers.upper
+        if elastic is not None:
+            self._always_fixed[elastic] = False
+        self._p = numbers.p
+        self._rows = np.flatnonzero(np.isfinite(numbers.g_lower) | np.isfinite(numbers.g_upper))
+        self._m, self._all_rows = len(self._rows), nlp.rows
+        lower, upper = numbers.g_lower[self._rows], numbers.g_upper[self._rows]
+        self._unequal = np.flatnonzero(lower != upper)
+        self._equal = np.flatnonzero(lower == upper)
+        self._own_target = self._target = np.where(lower == upper, lower, 0.0)
+        free_lower, free_upper = (np.where(self._always_fixed, np.nan, each) for each in (numbers.lower, numbers.upper))
+        self._bounds = _Bounds(
+            np.concatenate([free_lower, lower[self._unequal]]), np.concatenate([free_upper, upper[self._unequal]])
+        )
+        self._functions = [_Buffered(one) for one in (nlp.nlp, nlp.gradient, nlp.jacobian, nlp.hessian)]
+        self._library = library
+        self._set_pattern(nlp)
+        self._systems = [
+            _KktMatrix(self._row, self._column, np.ones(self.size + self._m, dtype=bool), self.size, library)
+        ]
+        self.analyse(np.zeros(self.size, dtype=bool), np.zeros(0, dtype=int))
+
+    def restrict(self, passed: np.ndarray, left_out: np.ndarray) -> None:
+        """Fix further variables at their values, and leave out the rows and the bounds of fixed ones alone.
+
+        Args:
+            passed: which variables, (n) of bool; none of earlier calls stay fixed.
+            left_out: numbers of further rows that are left out.
+        """
+        self.fixed = self._always_fixed | passed
+        free = ~self.fixed[self._jacobian_columns]
+        live = np.bincount(self._jacobian_rows, free, minlength=self._m) > 0
+        live[np.searchsorted(self._rows, left_out)] = False
+        self._inert = np.flatnonzero(~live)
+        self._inert_unequal = np.flatnonzero(~live[self._unequal])
+        self._dead_curvature = np.flatnonzero(self.fixed[self._hessian_rows] | self.fixed[self._hessian_columns])
+        self._dead_slopes = np.flatnonzero(~(free & live[self._jacobian_rows]))
+        self._live = np.concatenate([~self.fixed, live[self._unequal]])[self._bounds.places]
+        in_matrix = np.concatenate([~self.fixed, live])
+        self._system = next(each for each in reversed(self._systems) if not in_matrix[~each.kept].any())
+
+    def analyse(self, passed: np.ndarray, left_out: np.ndarray) -> None:
+        """Make a smaller KKT matrix ready for whenever these variables, or more of them, have passed."""
+        self.restrict(passed, left_out)
+        live = np.ones(self._m, dtype=bool)
+        live[self._inert] = False
+        self._systems.append(
+            _KktMatrix(self._row, self._column, np.concatenate([~self.fixed, live]), self.size, self._library)
+        )
+        self._system = self._systems[-1]
+
+    def hold(self, rows: np.ndarray, x: np.ndarray) -> None:
+        """Let equality rows keep the values that they have at a point; others have those of the program.
+
+        Args:
+            rows: their numbers among all rows.
+            x: (n).
+        """
+        self._target = self._own_target.copy()
+        chosen = np.searchsorted(self._rows, rows)
+        self._target[chosen] = self._values(x)[1][chosen]
+
+    def columns_of_rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return numbers of rows and of the variables on which they depend, pair by pair."""
+        return self._rows[self._jacobian_rows], self._jacobian_columns
+
+    def at(self, x: np.ndarray, like: PrimalDual | None = None) -> PrimalDual:
+        """Return an iterate at a point.
+
+        Args:
+            x: (n).
+            like: an iterate whose multipliers it has; default: those that leave the least of the gradient.
+        """
+        slack = self._values(x)[1][self._unequal]
+        if like is not None:
+            return self._with_distances(x, slack, like.lam, like.z)
+        h = self._bounds.inside(np.concatenate([x, slack]))
+        z = self.barrier / np.maximum(h, FIRST)
+        at = self._with_distances(x, slack, np.zeros(self._m), z)
+        self.prepare(at)
+        identity = np.where(self._hessian_rows == self._hessian_columns, 1.0, 0.0)
+        self._factorise(identity)
+        pull = self._bounds.spread(z)
+        of_rows = np.zeros(self._m)
+        of_rows[self._unequal] = pull[self.size :] / self._weights[self.size :]
+        of_x = np.where(self.fixed, 0.0, pull[: self.size] - self._gradient)
+        lam = self._solve(np.concatenate([of_x, of_rows]))[self.size :]
+        return replace(at, lam=lam)
+
+    def violation(self, x: np.ndarray) -> tuple[float, float]:
+        """Return the largest violation of equality rows at a point, and that of bounds."""
+        rows, bounds = self._violations(x)
+        return float(rows.max(initial=0.0)), float(bounds.max(initial=0.0))
+
+    def objective(self, x: np.ndarray) -> float:
+        """Return the objective at a point."""
+        return self._values(x)[0]
+
+    def prepare(self, iterate: PrimalDual) -> None:
+        """Evaluate all functions at an iterate, and factorise its KKT matrix."""
+        self._prepared = iterate
+        x, lam = iterate.x, np.zeros(self._all_rows)
+        lam[self._rows] = iterate.lam
+        _, gradient, jacobian, hessian = self._functions
+        self._g = self._values(x)[1].copy()
+        self._gradient = gradient(x, self._p)[1].copy()
+        self._jacobian = jacobian(x, self._p)[-1][self._kept].copy()
+        self._hessian = hessian(x, self._p, 1.0, lam)[0][self._upper_half].copy()
+        self._softness = iterate.inside / iterate.z + iterate.beyond / (self.strength - iterate.z)
+        self._weights = self._bounds.spread(1.0 / self._softness, signed=False)
+        self._factorise(self._hessian)
+
+    def step(self, moved: np.ndarray | None = None) -> Step:
+        """Return the Newton step at the prepared iterate, as far as the bounds allow.
+
+        Args:
+            moved: by how much fixed variables move, (n), zero at all others; default: none does.
+        """
+        own, mu, rho, n = self._prepared, self.barrier, self.strength, self.size
+        moved = np.zeros(n) if moved is None else moved
+        centred_inside, centred_beyond = mu / own.z - own.inside, mu / (rho - own.z) - own.beyond
+        pull = self._bounds.spread(own.z + (centred_inside - centred_beyond) / self._softness)
+        of_x = pull[:n] - self._gradient - self._transposed(own.lam)
+        of_rows = self._target - self._g - self._product(moved)
+        of_rows[self._unequal] += own.slack + (own.lam[self._unequal] + pull[n:]) / self._weights[n:]
+        if moved.any():
+            of_x -= self._curvature(moved)
+        of_x[self.fixed] = 0.0
+        of_rows[self._inert] = 0.0
+        solution = self._solve(np.concatenate([of_x, of_rows]))
+        d, d_lam = solution[:n], solution[n:]
+        d[self.fixed], d_lam[self._inert] = 0.0, 0.0
+        d_slack = ((own.lam + d_lam)[self._unequal] + pull[n:]) / self._weights[n:]
+        d_slack[self._inert_unequal] = 0.0
+        towards = self._bounds.signs * np.concatenate([d, d_slack])[self._bounds.places]
+        d_z = (centred_inside - centred_beyond - towards) / self._softness
+        d_z[~self._live] = 0.0
+        d_inside = centred_inside - own.inside / own.z * d_z
+        d_beyond = centred_beyond + own.beyond / (rho - own.z) * d_z
+        d_inside[~self._live] = d_beyond[~self._live] = 0.0
+        share = min(_share(own.inside, d_inside), _share(own.beyond, d_beyond))
+        of_multipliers = min(_share(own.z, d_z), _share(rho - own.z, -d_z))
+        step = PrimalDual(
+            own.x + moved + share * d,
+            own.slack + share * d_slack,
+            own.lam + share * d_lam,
+            own.z + of_multipliers * d_z,
+            own.inside + share * d_inside,
+            own.beyond + share * d_beyond,
+        )
+        further = self._further(moved, d, d_slack, d_lam, d_z, step, share) if share < BLOCKED else None
+        return Step(step, share) if further is None else further
+
+    def _further(
+        self,
+        moved: np.ndarray,
+        d: np.ndarray,
+        d_slack: np.ndarray,
+        d_lam: np.ndarray,
+        d_z: np.ndarray,
+        blocked: PrimalDual,
+        share: float,
+    ) -> Step | None:
+        """Return a longer step, for which bounds give way, if it violates equality rows and bounds less in their sum."""
+        own, kept = self._prepared, 1 - TO_BOUNDARY
+        start = own.x + moved
+        nearest, at_start = self._beyond(blocked.x), self._beyond(start)
+        z = np.clip(own.z + d_z, kept * own.z, self.strength - kept * (self.strength - own.z))
+        longer = 1.0
+        while longer > share:
+            x = start + longer * d
+            if self._beyond(x) < min(nearest, (1 - LESS * longer) * at_start):
+                slack, lam = own.slack + longer * d_slack, own.lam + longer * d_lam
+                return Step(self._with_distances(x, slack, lam, own.z + longer * (z - own.z)), longer)
+            longer *= 0.5
+        return None
+
+    def _with_distances(self, x: np.ndarray, slack: np.ndarray, lam: np.ndarray, z: np.ndarray) -> PrimalDual:
+        """Return a point whose distances from bounds belong to its values, and nearly to its multipliers."""
+        h = self._bounds.inside(np.concatenate([x, slack]))
+        nearest, beyond = NEAREST * self.barrier / z, self.barrier / (self.strength - z)
+        return PrimalDual(x, slack, lam, z, np.maximum(nearest, h + beyond), np.maximum(beyond, nearest - h))
+
+    def sensitivity(self, of: np.ndarray, to: np.ndarray) -> np.ndarray:
+        """Return the derivatives of variables of the solution by fixed ones, (len(of), len(to)).
+
+        Args:
+            of: numbers of variables.
+            to: numbers of fixed variables.
+        """
+        columns = []
+        for fixed in to:
+            moved = np.zeros(self.size)
+            moved[fixed] = 1.0
+            of_x = np.where(self.fixed, 0.0, -self._curvature(moved))
+            of_rows = -self._product(moved)
+            of_rows[self._inert] = 0.0
+            columns.append(self._solve(np.concatenate([of_x, of_rows]))[of])
+        return np.array(columns).T
+
+    def _beyond(self, x: np.ndarray) -> float:
+        """Return the sum of the violations of equality rows and bounds."""
+        return float(sum(each.sum() for each in self._violations(x)))
+
+    def _violations(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        rows = self._values(x)[1]
+        h = self._bounds.inside(np.concatenate([x, rows[self._unequal]]))
+        of_rows = np.abs(rows - self._target)
+        of_rows[self._inert] = 0.0
+        return of_rows[self._equal], np.where(self._live, np.maximum(-h, 0.0), 0.0)
+
+    def _values(self, x: np.ndarray) -> tuple[float, np.ndarray]:
+        f, g = self._functions[0](x, self._p)[:2]
+        return float(f[0]), g[self._rows]
+
+    def _set_pattern(self, nlp: Nlp) -> None:
+        rows, columns = (np.array(part, dtype=int) for part in nlp.jacobian.sparsity_out(1).get_triplet())
+        place = np.full(nlp.rows, -1)
+        place[self._rows] = np.arange(self._m)
+        self._kept = np.flatnonzero(place[rows] >= 0)
+        self._jacobian_rows, self._jacobian_columns = place[rows[self._kept]], columns[self._kept]
+        rows, columns = (np.array(part, dtype=int) for part in nlp.hessian.sparsity_out(0).get_triplet())
+        self._upper_half = np.flatnonzero(rows <= columns)
+        self._hessian_rows, self._hessian_columns = rows[self._upper_half], columns[self._upper_half]
+        n, m = self.size, self._m
+        self._row = np.concatenate([self._hessian_rows, np.arange(n), self._jacobian_columns, n + np.arange(m)])
+        self._column = np.concatenate([self._hessian_columns, np.arange(n), n + self._jacobian_rows, n + np.arange(m)])
+
+    def _factorise(self, hessian: np.ndarray) -> None:
+        """Factorise the KKT matrix; where it curves downwards, steps get a weight."""
+        rows = np.full(self._m, -REGULARISATION)
+        rows[self._unequal] = -1.0 / self._weights[self.size :]
+        rows[self._inert] = -1.0
+        curvature, slopes = hessian.copy(), self._jacobian.copy()
+        curvature[self._dead_curvature] = 0.0
+        slopes[self._dead_slopes] = 0.0
+        self.proximity = PROXIMITY
+        while True:
+            diagonal = self._weights[: self.size] + self.proximity
+            diagonal[self.fixed] = 1.0
+            negative = self._system.factorise(np.concatenate([curvature, diagonal, slopes, rows]))
+            if negative == 0 or self.proximity > STRONGEST:
+                break
+            self.proximity = max(100 * self.proximity, 1e-4)
+        upper = _columns_in_order(curvature, self._hessian_rows, self._hessian_columns, (self.size, self.size))
+        jacobian = _columns_in_order(slopes, self._jacobian_rows, self._jacobian_columns, (self._m, self.size))
+        self._parts = upper, upper.diagonal(), diagonal, jacobian, rows
+
+    def _solve(self, right: np.ndarray) -> np.ndarray:
+        """Return the solution of the KKT system, refined once."""
+        upper, twice, diagonal, jacobian, rows = self._parts
+        solution = self._system.solve(right)
+        x, lam = solution[: self.size], solution[self.size :]
+        of_x = upper @ x + upper.T @ x + (diagonal - twice) * x + jacobian.T @ lam
+        return solution + self._system.solve(right - np.concatenate([of_x, jacobian @ x + rows * lam]))
+
+    def _curvature(self, d: np.ndarray) -> np.ndarray:
+        """Return H d."""
+        upper = _columns_in_order(self._hessian, self._hessian_rows, self._hessian_columns, (self.size, self.size))
+        return upper @ d + upper.T @ d - upper.diagonal() * d
+
+    def _product(self, d: np.ndarray) -> np.ndarray:
+        return np.bincount(self._jacobian_rows, self._jacobian * d[self._jacobian_columns], minlength=self._m)
+
+    def _transposed(self, lam: np.ndarray) -> np.ndarray:
+        return np.bincount(self._jacobian_columns, self._jacobian * lam[self._jacobian_rows], minlength=self.size)
+
+
+def _columns_in_order(
+    values: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]
+) -> sparse.csc_matrix:
+    """Return the matrix of entries that are ordered by columns."""
+    ends = np.searchsorted(columns, np.arange(shape[1] + 1))
+    return sparse.csc_matrix((values, rows, ends), shape=shape)
+
+
+class _Bounds:
+    """All finite bounds of some values, one after the other.
+
+    Attributes:
+        places: numbers of the values, (b).
+        signs: 1 of lower bounds, -1 of upper ones, (b).
+    """
+
+    def __init__(self, lower: np.ndarray, upper: np.ndarray) -> None:
+        low, high = np.flatnonzero(np.isfinite(lower)), np.flatnonzero(np.isfinite(upper))
+        self._count = len(lower)
+        self.places = np.concatenate([low, high])
+        self.signs = np.concatenate([np.ones(len(low)), -np.ones(len(high))])
+        self._at = np.concatenate([lower[low], upper[high]])
+
+    def inside(self, values: np.ndarray) -> np.ndarray:
+        """Return how far values are inside of their bounds, (b)."""
+        return self.signs * (values[self.places] - self._at)
+
+    def spread(self, of_bounds: np.ndarray, *, signed: bool = True) -> np.ndarray:
+        """Return the sums of what bounds have, by value."""
+        amounts = self.signs * of_bounds if signed else of_bounds
+        return np.bincount(self.places, amounts, minlength=self._count)
+
+
+class _KktMatrix:
+    """A part of the KKT matrix, analysed once; of what is not in it the solution is the right-hand side.
+
+    Attributes:
+        kept: which variables and rows are in it, (n + m) of bool.
+    """
+
+    def __init__(self, row: np.ndarray, column: np.ndarray, kept: np.ndarray, size: int, library: Any) -> None:
+        self.kept = kept
+        place = np.cumsum(kept) - 1
+        self._entries = np.flatnonzero(kept[row] & kept[column])
+        row, column = place[row[self._entries]], place[column[self._entries]]
+        self._system = KktSystem(row, column, int(kept.sum()), library)
+        self._negative = int(kept[size:].sum())
+
+    def factorise(self, values: np.ndarray) -> int:
+        """Return how many negative eigenvalues the matrix has more than rows, 0 if it is convex along these."""
+        _, negative = self._system.factorize(values[self._entries], PIVOT)
+        return negative - self._negative
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Return the solution of the system."""
+        result = right.copy()
+        result[self.kept] = self._system.solve(right[self.kept])
+        return result
+
+
+class _Buffered:
+    """A CasADi function that reads and writes arrays of nonzeros in place."""
+
+    def __init__(self, function: ca.Function) -> None:
+        self._buffer, self._call = function.buffer()
+        self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+        self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        for i, each in enumerate(self._inputs):
+            self._buffer.set_arg(i, memoryview(each))
+        for i, each in enumerate(self._outputs):
+            self._buffer.set_res(i, memoryview(each))
+
+    def __call__(self, *values: np.ndarray | float) -> list[np.ndarray]:
+        for own, value in zip(self._inputs, values, strict=True):
+            own[:] = value
+        self._call()
+        return self._outputs
+
+
+def _share(values: np.ndarray, d: np.ndarray) -> float:
+    """Return how much of a step keeps positive values positive."""
+    falls = d < 0
+    return min(1.0, TO_BOUNDARY * float((-values[falls] / d[falls]).min(initial=np.inf)))

@@ -1,0 +1,234 @@
+"""A plan from any of its instants on, ready to be solved again from any state there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fesd_robot.fesd.polishing import BranchMotion
+from fesd_robot.fesd.schemes import lagrange
+from fesd_robot.instants import SAME_TIME
+from fesd_robot.mpcc import BranchNlp
+from fesd_robot.nlp import NlpNumbers
+from fesd_robot.nlp.real_time import PrimalDual, RealTimeInteriorPoint
+
+SETTLING, SETTLED = 60, 1e-8
+"""Steps from a plan to the solution that keeps its bounds at a distance, at most, and the last one's size."""
+
+STRENGTH = 4.0
+"""Up to which multiplier bounds hold, in terms of the largest of a plan."""
+
+BARRIER, LEAST_BARRIER = 2.5, 1e-6
+"""Sum of the products of all multipliers and distances, as a multiple of a plan's objective; one of them, at least."""
+
+
+@dataclass(frozen=True)
+class RunningElements:
+    """Where the variables of the elements in which the clock runs sit, E of them with S stages.
+
+    Attributes:
+        elements, intervals, phases: numbers among all elements, and of what they belong to, (E).
+        left: of the state at the left end, (E, n_x).
+        states, algebraic: at the stages, (E, S, n_x) and (E, S, n_z).
+        controls: (E, n_u).
+        steps: (E).
+    """
+
+    elements: np.ndarray
+    intervals: np.ndarray
+    phases: np.ndarray
+    left: np.ndarray
+    states: np.ndarray
+    algebraic: np.ndarray
+    controls: np.ndarray
+    steps: np.ndarray
+
+    def first_of(self, phase: int) -> int:
+        """Return the number of the first element of a phase."""
+        return int(np.searchsorted(self.phases, phase))
+
+
+class Horizon:
+    """A plan whose beginning passes.
+
+    Args:
+        motion: of the whole plan, on a grid that moves.
+
+    Attributes:
+        solver: of its branch NLP, whose goal gives way where it cannot be reached.
+        settled: its solution, which keeps bounds at a distance.
+        running: the elements in which the clock runs; the others are impacts.
+        clock: number of the clock in the state.
+        node_clocks: variables that are the times of the nodes of the control grid, (N + 1).
+        phase_nodes: numbers of the nodes at which phases begin, and of the last node, (P + 1).
+    """
+
+    def __init__(self, motion: BranchMotion) -> None:
+        self.motion = motion
+        own = motion.transcription
+        nlp, bounds = BranchNlp.of(motion.polisher, "always").nlp, motion.polisher.bounds(motion.branch)
+        numbers = NlpNumbers(bounds.lower, bounds.upper, bounds.g_lower, bounds.g_upper, nlp.parameters((0, 0)))
+        assert own.ocp.clock is not None
+        self.clock = own.ocp.clock.state
+        self.nodes = own.options.tableau.nodes
+        last = own.indices.state(own.grid.intervals)
+        goal = np.flatnonzero(own.ocp.terminal_lower == own.ocp.terminal_upper)
+        self.solver = RealTimeInteriorPoint(nlp.program, numbers, last[goal[goal != self.clock]])
+        self.phase_nodes = np.concatenate([[0], np.cumsum(own.grid.phases)])
+        self.node_clocks = np.array([own.indices.state(k)[self.clock] for k in range(own.grid.intervals + 1)])
+        self.running = self._running()
+        self._rows_at = self._rows_of_beginnings()
+        for phase in range(1, len(own.grid.phases)):
+            self.solver.analyse(*self._passed(self.running.first_of(phase))[:2])
+        self.restrict(motion.w, 0)
+        self.settled = self._settled(np.clip(motion.w, numbers.lower, numbers.upper))
+
+    def place(self, x: np.ndarray, time: float, phase: int, last: float) -> int:
+        """Return the number of the running element of a phase in which a time is, s.
+
+        Args:
+            x: variables.
+            time: s.
+            phase: number of the phase.
+            last: what is left of an element that is too short, s; then it is the next one.
+        """
+        run = self.running
+        first, end = run.first_of(phase), run.first_of(phase + 1)
+        ends = x[run.states[first:end, -1, self.clock]] - last
+        return first + min(int(np.searchsorted(ends, time, side="right")), end - first - 1)
+
+    def state(self, element: int) -> np.ndarray:
+        """Return the variables that are the state in which a running element begins, (n_x)."""
+        return self.running.left[element]
+
+    def span(self, x: np.ndarray, element: int) -> tuple[float, float]:
+        """Return when a running element begins and ends, s."""
+        run = self.running
+        return float(x[run.left[element, self.clock]]), float(x[run.states[element, -1, self.clock]])
+
+    def runs_backwards(self, x: np.ndarray, element: int) -> bool:
+        """Return whether the clock does, from a running element on."""
+        run = self.running
+        spans = x[run.states[element:, -1, self.clock]] - x[run.left[element:, self.clock]]
+        return bool((spans < -SAME_TIME).any())
+
+    def phase_ends(self, x: np.ndarray) -> np.ndarray:
+        """Return when phases begin, and when the last one ends, (P + 1), s."""
+        return x[self.node_clocks[self.phase_nodes]]
+
+    def begun_at(self, x: np.ndarray, element: int, time: float) -> np.ndarray:
+        """Return variables of a motion that begins in a running element: what is left of it has all of its stages.
+
+        States and algebraic variables are those of the polynomials.
+
+        Args:
+            x: variables.
+            element: number of the element, as of `place`.
+            time: at which it begins, s.
+        """
+        run, tableau = self.running, self.motion.transcription.options.tableau
+        left, states, algebraic = run.left[element], run.states[element], run.algebraic[element]
+        begin, end = self.span(x, element)
+        share = (end - time) / (end - begin)
+        fractions = 1.0 - share * (1.0 - np.concatenate([[0.0], tableau.c]))
+        known = np.vstack([x[left], x[states]])
+        moved = lagrange(tableau.nodes, fractions) @ known
+        result = x.copy()
+        result[states] = moved[1:]
+        result[algebraic] = lagrange(tableau.c, fractions[1:]) @ x[algebraic]
+        result[left] = moved[0]
+        result[run.steps[element]] *= share
+        return result
+
+    def restrict(self, x: np.ndarray, element: int) -> None:
+        """Let the solver keep all that is before a running element, and the share of its interval that is left.
+
+        Args:
+            x: variables, as of `begun_at`.
+            element: number of the element.
+        """
+        passed, left_out, held = self._passed(element)
+        self.solver.restrict(passed, left_out)
+        self.solver.hold(held, x)
+
+    def _passed(self, element: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the variables that have passed when the motion begins in a running element, and `_rows_at`."""
+        run, passed = self.running, np.zeros(self.solver.size, dtype=bool)
+        passed[: run.steps[element]] = True
+        passed[run.controls[element]] = False
+        return passed, *self._rows_at[element]
+
+    def _settled(self, x: np.ndarray) -> PrimalDual:
+        """Return the solution, for a barrier and a strength of bounds that fit this plan."""
+        solver, iterate = self.solver, self._centred(self.solver.at(x))
+        bounds = max(len(iterate.z), 1)
+        solver.strength = STRENGTH * float(iterate.z.max(initial=1.0))
+        solver.barrier = max(BARRIER * abs(solver.objective(x)) / bounds, LEAST_BARRIER)
+        return self._centred(solver.at(iterate.x, iterate))
+
+    def _centred(self, iterate: PrimalDual) -> PrimalDual:
+        for _ in range(SETTLING):
+            self.solver.prepare(iterate)
+            step = self.solver.step()
+            far = float(np.abs(step.iterate.x - iterate.x).max())
+            iterate = step.iterate
+            if far <= SETTLED:
+                break
+        return iterate
+
+    def _rows_of_beginnings(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return for every running element what becomes of rows when the motion begins in it.
+
+        Left out are the rows of earlier elements, and those that tie what comes to lengths that have passed. Rows that
+        make its length, or that of its interval, equal to the next one keep the difference that there is.
+        """
+        own, run = self.motion.transcription, self.running
+        indices = own.indices
+        of_rows, columns = self.solver.columns_of_rows()
+        count = int(of_rows.max(initial=-1)) + 1
+        last, first = np.full(count, -1), np.full(count, self.solver.size)
+        np.maximum.at(last, of_rows, columns)
+        np.minimum.at(first, of_rows, columns)
+        lengths = np.zeros(self.solver.size, dtype=bool)
+        lengths[[indices.step(e) for e in range(sum(own.elements))]] = True
+        lengths[self.node_clocks] = True
+        lengths[[int(indices.control(k)[-1]) for k in range(own.grid.intervals)]] = True
+        of_lengths = np.bincount(of_rows, ~lengths[columns], minlength=count) == 0
+        known = np.flatnonzero(last >= 0)
+        result = []
+        for e, interval in enumerate(run.intervals):
+            begins, control = run.steps[e], indices.control(int(interval))
+            node = self.node_clocks[interval]
+            at_node = run.left[e, self.clock] == node
+            before = (last < begins) & ~((first >= control[0]) & (last <= control[-1]))
+            ties = of_lengths & (first < (node if at_node else begins)) & (last >= begins)
+            held = of_lengths & ~ties & ((first == begins) | (first == node)) & (last > begins)
+            result.append((known[(before | ties)[known]], known[held[known]]))
+        return result
+
+    def _running(self) -> RunningElements:
+        own, motion = self.motion.transcription, self.motion
+        indices, stages = own.indices, own.options.tableau.stages
+        n_x, n_z = own.ocp.system.state.numel(), own.ocp.system.algebraic.numel()
+        found = []
+        for e, element in enumerate(motion.elements):
+            advance = element.x[-1, self.clock] - element.x_left[self.clock]
+            if motion.branch.without_length[e] or advance <= SAME_TIME:
+                continue
+            points = np.array([indices.stage(e, j) for j in range(stages)])
+            interval = int(indices.place(e).interval)
+            phase = int(np.searchsorted(self.phase_nodes, interval, side="right")) - 1
+            found.append(
+                (
+                    e,
+                    interval,
+                    phase,
+                    indices.left_state(e),
+                    points[:, :n_x],
+                    points[:, n_x : n_x + n_z],
+                    indices.control(interval),
+                    indices.step(e),
+                )
+            )
+        return RunningElements(*(np.array(part) for part in zip(*found, strict=True)))
