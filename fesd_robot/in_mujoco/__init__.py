@@ -15,6 +15,7 @@ __all__ = [
     "MujocoScene",
     "Noise",
     "OpenLoop",
+    "Push",
     "Replay",
     "ReplayRun",
     "RunRecord",
@@ -31,7 +32,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from fesd_robot.in_mujoco.controllers import CONTROLLERS, RUNS
-    from fesd_robot.in_mujoco.driving import Controller, Disturbance, Noise, OpenLoop, RunRecord, run
+    from fesd_robot.in_mujoco.driving import Controller, Disturbance, Noise, OpenLoop, Push, RunRecord, run
     from fesd_robot.in_mujoco.files import write_replay
     from fesd_robot.in_mujoco.measures import Deviation
     from fesd_robot.in_mujoco.perturbed import perturbations
@@ -48,7 +49,7 @@ else:
             "fesd_robot.in_mujoco.perturbed": ["perturbations"],
             "fesd_robot.in_mujoco.pictures": ["play", "write_video"],
             "fesd_robot.in_mujoco.replays": ["Replay", "ReplayRun", "replay"],
-            "fesd_robot.in_mujoco.driving": ["Controller", "Disturbance", "Noise", "OpenLoop", "RunRecord", "run"],
+            "fesd_robot.in_mujoco.driving": ["Controller", "Disturbance", "Noise", "OpenLoop", "Push", "RunRecord", "run"],
             "fesd_robot.in_mujoco.scene": ["MujocoScene", "mujoco_scene", "scene_file", "sliding_contacts"],
         },
     )

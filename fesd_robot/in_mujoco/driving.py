@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -72,6 +73,21 @@ class Noise:
 
 
 @dataclass(frozen=True)
+class Push:
+    """A force on the robot's first body with a mass, for a short time.
+
+    Args:
+        time: when it begins, s.
+        velocity: by how much it changes the velocity of the robot's centre of mass, m/s, (3), if nothing holds it.
+        duration: s.
+    """
+
+    time: float
+    velocity: Sequence[float]
+    duration: float = 0.01
+
+
+@dataclass(frozen=True)
 class Disturbance:
     """What is different from the plan in a run, beside the scene.
 
@@ -79,11 +95,13 @@ class Disturbance:
         offset: displacement of the start, m and rad, (n_v); what it would press into each other is moved apart.
         delay: between a measurement and the control that answers it, s.
         noise: of the measurements.
+        pushes: in any order.
     """
 
     offset: np.ndarray | None = None
     delay: float = 0.0
     noise: Noise | None = None
+    pushes: Sequence[Push] = ()
 
 
 @dataclass(frozen=True)
@@ -160,6 +178,7 @@ def run(
         waiting.append(np.clip(np.asarray(action, dtype=float), motors.lower, motors.upper))
         control = waiting.popleft() if len(waiting) > late else waiting[0]
         controls.append(control)
+        _push(scene, data, wanted.pushes, time)
         for sub in range(each):
             if sub == 0 or motors.note:  # forces on joints change with the configuration
                 motors.drive(data, coordinates, control)
@@ -179,6 +198,21 @@ def run(
     times, configuration, velocity, contacts = (np.array(column) for column in zip(*rows, strict=True))
     control = np.array(controls).reshape(len(controls), -1)
     return RunRecord(times, configuration, velocity, contacts, control, touches, broken)
+
+
+def _push(scene: MujocoScene, data: mujoco.MjData, pushes: Sequence[Push], time: float) -> None:
+    if not pushes:
+        return
+    body, model = scene.first_body, scene.model
+    mass = float(model.body_subtreemass[body])
+    data.xfrc_applied[body, :3] = sum(
+        (
+            mass / each.duration * np.asarray(each.velocity, dtype=float)
+            for each in pushes
+            if each.time - ROUNDED <= time < each.time + each.duration - ROUNDED
+        ),
+        np.zeros(3),
+    )
 
 
 def _steps(name: str, value: float, step: float) -> int:

@@ -21,6 +21,9 @@ from fesd_robot.plans import Plan, task_of
 IMPEDANCE_RATIO = 100.0
 """impratio; how much stiffer friction is than the normal force, so that what sticks does not creep."""
 
+LIGHT = 1e-6
+"""Share of the mass of all that it carries, below which a body is a joint only."""
+
 MOSTLY = 5 / 6
 """Share of the time that a contact touches; one that slides so long slides nearly all of the time."""
 
@@ -50,6 +53,14 @@ class MujocoScene:
     def contact_names(self) -> list[str]:
         """Names of the contacts in their order."""
         return list(self.motion.scene.geometries)
+
+    @property
+    def first_body(self) -> int:
+        """Number of the robot's first body with a mass."""
+        masses, first = self.model.body_mass, 1
+        while masses[first] < LIGHT * self.model.body_subtreemass[first]:
+            first += 1
+        return first
 
     def touching(self, data: mujoco.MjData) -> np.ndarray:
         """Return which contacts touch, (n_c) of bool: those on which MuJoCo has a constraint."""

@@ -175,11 +175,11 @@ class RealTimeInteriorPoint:
         """Let equality rows keep the values that they have at a point; others have those of the program.
 
         Args:
-            rows: their numbers among all rows.
+            rows: their numbers among all rows; those that are inequalities are left as they are.
             x: (n).
         """
         self._target = self._own_target.copy()
-        chosen = np.searchsorted(self._rows, rows)
+        chosen = np.intersect1d(np.searchsorted(self._rows, rows), self._equal)
         self._target[chosen] = self._values(x)[1][chosen]
 
     def columns_of_rows(self) -> tuple[np.ndarray, np.ndarray]:

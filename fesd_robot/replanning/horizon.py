@@ -19,8 +19,11 @@ SETTLING, SETTLED = 60, 1e-8
 STRENGTH = 4.0
 """Up to which multiplier bounds hold, in terms of the largest of a plan."""
 
-BARRIER, LEAST_BARRIER = 2.5, 1e-6
-"""Sum of the products of all multipliers and distances, as a multiple of a plan's objective; one of them, at least."""
+BARRIER = 2.5
+"""Sum of the products of all multipliers and distances, as a multiple of a plan's objective, for steps far away."""
+
+LEAST, LEAST_BARRIER = 0.01, 1e-6
+"""Part of it for steps nearby, and one of the products, at least."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,7 @@ class Horizon:
     Attributes:
         solver: of its branch NLP, whose goal gives way where it cannot be reached.
         settled: its solution, which keeps bounds at a distance.
+        barriers: the least and the largest barrier parameter of the solver.
         running: the elements in which the clock runs; the others are impacts.
         clock: number of the clock in the state.
         node_clocks: variables that are the times of the nodes of the control grid, (N + 1).
@@ -162,10 +166,18 @@ class Horizon:
     def _settled(self, x: np.ndarray) -> PrimalDual:
         """Return the solution, for a barrier and a strength of bounds that fit this plan."""
         solver, iterate = self.solver, self._centred(self.solver.at(x))
-        bounds = max(len(iterate.z), 1)
-        solver.strength = STRENGTH * float(iterate.z.max(initial=1.0))
-        solver.barrier = max(BARRIER * abs(solver.objective(x)) / bounds, LEAST_BARRIER)
+        largest = BARRIER * abs(solver.objective(x)) / max(len(iterate.z), 1)
+        self.barriers = max(LEAST * largest, LEAST_BARRIER), max(largest, LEAST_BARRIER)
+        solver.strength, solver.barrier = STRENGTH * float(iterate.z.max(initial=1.0)), self.barriers[0]
         return self._centred(solver.at(iterate.x, iterate))
+
+    def eased(self, *, further: bool) -> None:
+        """Let the barrier be larger, for a step to a state far away, or smaller, for exact bounds.
+
+        Args:
+            further: whether it is the largest one, or half of what it is.
+        """
+        self.solver.barrier = self.barriers[1] if further else max(self.barriers[0], 0.5 * self.solver.barrier)
 
     def _centred(self, iterate: PrimalDual) -> PrimalDual:
         for _ in range(SETTLING):

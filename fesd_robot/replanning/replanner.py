@@ -34,6 +34,9 @@ EXACT = 1e-6
 ITERATIONS = 4
 """Steps of an update, at most."""
 
+SHIFTING = 2
+"""Steps that follow the time, before the measurement, at most."""
+
 ACCEPTED = 1e-3
 """Violation of equations up to which the result of an update is taken."""
 
@@ -132,7 +135,8 @@ class Replanner:
 
     def reset(self) -> None:
         """Begin again at the start of the plan."""
-        self._point = self._horizon.settled
+        self._point = self._start = self._horizon.settled
+        self._horizon.solver.barrier = self._horizon.barriers[0]
         self._phase, self._time = 0, float(self._horizon.phase_ends(self._point.x)[0])
         self._begun = self._time
         self._policy: Policy | None = None
@@ -200,6 +204,8 @@ class Replanner:
         iterate = solver.step(moved).iterate
         violation, beyond = solver.violation(iterate.x)
         first, count = violation, 1
+        if violation > ACCEPTED:
+            horizon.eased(further=True)
         while violation > EXACT and np.isfinite(violation) and count < self._iterations:
             solver.prepare(iterate)
             iterate = solver.step().iterate
@@ -212,9 +218,12 @@ class Replanner:
             reason = "a phase would run backwards"
         status = "old" if reason else "kept"
         found = Update(time, 0.0, 0.0, count, first, violation, beyond, status, reason)
-        if reason:
+        if reason:  # a result that came nearer is where the next update begins, once it is good it counts
+            self._start = iterate if violation < first else self._point
             return self._old(reason), found
-        self._point = iterate
+        self._point = self._start = iterate
+        if count == 1:
+            horizon.eased(further=False)
         return self._policy_of(time), found
 
     def _old(self, reason: str) -> Policy:
@@ -242,7 +251,7 @@ class Replanner:
         self._prepare_at(time)
 
     def _prepare_at(self, time: float) -> None:
-        horizon, x = self._horizon, self._point.x
+        horizon, x = self._horizon, self._start.x
         element = horizon.place(x, time, self._phase, LAST)
         begin, end = horizon.span(x, element)
         self._ready = bool(end - begin > 0.5 * LAST)
@@ -251,13 +260,14 @@ class Replanner:
         self._element = element
         self._shifted = horizon.begun_at(x, element, min(time, end - LAST))
         horizon.restrict(self._shifted, element)
-        point = horizon.solver.at(self._shifted, self._point)
-        for _ in range(self._iterations):
-            horizon.solver.prepare(point)
-            step = horizon.solver.step()
-            if horizon.solver.violation(step.iterate.x)[0] > ACCEPTED:
+        solver = horizon.solver
+        solver.prepare(solver.at(self._shifted, self._start))
+        for _ in range(SHIFTING):
+            shifted = solver.step().iterate
+            if not EXACT < solver.violation(shifted.x)[0] <= ACCEPTED:
                 break
-            point = step.iterate
+            solver.prepare(shifted)
+            self._shifted = shifted.x
 
     def _modes_of_phases(self, motion: BranchMotion) -> list[tuple[ContactMode, ...]]:
         run = self._horizon.running
