@@ -49,7 +49,15 @@ else:
             "fesd_robot.in_mujoco.perturbed": ["perturbations"],
             "fesd_robot.in_mujoco.pictures": ["play", "write_video"],
             "fesd_robot.in_mujoco.replays": ["Replay", "ReplayRun", "replay"],
-            "fesd_robot.in_mujoco.driving": ["Controller", "Disturbance", "Noise", "OpenLoop", "Push", "RunRecord", "run"],
+            "fesd_robot.in_mujoco.driving": [
+                "Controller",
+                "Disturbance",
+                "Noise",
+                "OpenLoop",
+                "Push",
+                "RunRecord",
+                "run",
+            ],
             "fesd_robot.in_mujoco.scene": ["MujocoScene", "mujoco_scene", "scene_file", "sliding_contacts"],
         },
     )

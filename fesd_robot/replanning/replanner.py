@@ -26,7 +26,7 @@ LAST = 2e-3
 """s; what is left of a phase, or of the plan, that is too short to be planned again."""
 
 TOUCHING = 1e-4
-"""m; a contact with a smaller gap touches, where nobody says which do."""
+"""m; a contact with a smaller gap touches."""
 
 EXACT = 1e-6
 """Violation of equations at which no further step is made."""
@@ -169,7 +169,7 @@ class Replanner:
         Args:
             time: since the start of the plan, s.
             configuration, velocity: q, (n_q), and v, (n_v), in Pinocchio's order.
-            contacts: which contacts touch, (n_c) of bool; default: those with a gap below 0.1 mm.
+            contacts: which contacts touch, (n_c) of bool, beside those with a gap below 0.1 mm.
 
         Raises:
             OptionError: arrays of the wrong length.
@@ -179,7 +179,9 @@ class Replanner:
                 f"found q of {len(configuration)} and v of {len(velocity)} entries, expected {self._n_q} and {self._n_v}"
             )
         begin = clock.perf_counter()
-        touching = self._measured.physics.gaps(configuration) < TOUCHING if contacts is None else np.asarray(contacts)
+        touching = self._measured.physics.gaps(configuration) < TOUCHING
+        if contacts is not None:
+            touching |= contacts
         if self._begins_next(time, touching):
             self._enter(self._phase + 1, time)
         elif abs(time - self._time) > 0.5 * self.period or not self._ready:
@@ -193,9 +195,6 @@ class Replanner:
         return policy
 
     def _from(self, time: float, q: np.ndarray, v: np.ndarray) -> tuple[Policy, Update]:
-        nothing = Update(time, 0.0, 0.0, 0, 0.0, 0.0, 0.0, "old", "what is left of the plan is too short")
-        if not self._ready:
-            return self._old(nothing.reason), nothing
         horizon, place = self._horizon, self._horizon.state(self._element)
         solver, predicted = horizon.solver, self._shifted[place]
         state = self._measured.in_modes(list(self._modes[self._phase]), time, q, v, predicted)
@@ -254,13 +253,10 @@ class Replanner:
         horizon, x = self._horizon, self._start.x
         element = horizon.place(x, time, self._phase, LAST)
         begin, end = horizon.span(x, element)
-        self._ready = bool(end - begin > 0.5 * LAST)
-        if not self._ready:
-            return
         self._element = element
-        self._shifted = horizon.begun_at(x, element, min(time, end - LAST))
+        self._shifted = horizon.begun_at(x, element, min(max(time, begin), end - LAST)) if end - begin > LAST else x
         horizon.restrict(self._shifted, element)
-        solver = horizon.solver
+        solver, self._ready = horizon.solver, True
         solver.prepare(solver.at(self._shifted, self._start))
         for _ in range(SHIFTING):
             shifted = solver.step().iterate
