@@ -142,6 +142,15 @@ class RealTimeInteriorPoint:
         ]
         self.analyse(np.zeros(self.size, dtype=bool), np.zeros(0, dtype=int))
 
+    def renumber(self, numbers: NlpNumbers) -> None:
+        """Let the program have other bounds and parameters; the same variables and rows are bounded, equal and fixed."""
+        lower, upper = numbers.g_lower[self._rows], numbers.g_upper[self._rows]
+        self._p = numbers.p
+        self._own_target = self._target = np.where(lower == upper, lower, 0.0)
+        self._bounds.move(
+            np.concatenate([numbers.lower, lower[self._unequal]]), np.concatenate([numbers.upper, upper[self._unequal]])
+        )
+
     def restrict(self, passed: np.ndarray, left_out: np.ndarray) -> None:
         """Fix further variables at their values, and leave out the rows and the bounds of fixed ones alone.
 
@@ -407,9 +416,14 @@ class _Bounds:
     def __init__(self, lower: np.ndarray, upper: np.ndarray) -> None:
         low, high = np.flatnonzero(np.isfinite(lower)), np.flatnonzero(np.isfinite(upper))
         self._count = len(lower)
+        self._low, self._high = low, high
         self.places = np.concatenate([low, high])
         self.signs = np.concatenate([np.ones(len(low)), -np.ones(len(high))])
-        self._at = np.concatenate([lower[low], upper[high]])
+        self.move(lower, upper)
+
+    def move(self, lower: np.ndarray, upper: np.ndarray) -> None:
+        """Let the bounds have other values."""
+        self._at = np.concatenate([lower[self._low], upper[self._high]])
 
     def inside(self, values: np.ndarray) -> np.ndarray:
         """Return how far values are inside of their bounds, (b)."""
@@ -453,12 +467,13 @@ class _Buffered:
 
     def __init__(self, function: ca.Function) -> None:
         self._buffer, self._call = function.buffer()
+        buffer: Any = self._buffer
         self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
         self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
         for i, each in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(each))
+            buffer.set_arg(i, each.data)
         for i, each in enumerate(self._outputs):
-            self._buffer.set_res(i, memoryview(each))
+            buffer.set_res(i, each.data)
 
     def __call__(self, *values: np.ndarray | float) -> list[np.ndarray]:
         for own, value in zip(self._inputs, values, strict=True):

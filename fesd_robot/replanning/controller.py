@@ -21,7 +21,8 @@ class ReplanningController:
     def __init__(self, replanner: Replanner, *, real_time: bool = False) -> None:
         self.replanner, self._real_time = replanner, real_time
         replanner.reset()
-        self._next, self._policy = 0.0, None
+        self._next = 0.0
+        self._policy: Policy | None = None
         self._coming: tuple[float, Policy] | None = None
 
     def action(self, time: float, configuration: np.ndarray, velocity: np.ndarray, contacts: np.ndarray) -> np.ndarray:
@@ -37,6 +38,7 @@ class ReplanningController:
         if time >= self._next - SAME_EVENT and self._coming is None:
             policy = self.replanner.update(time, configuration, velocity, contacts)
             spent = self.replanner.statistics.updates[-1].feedback_seconds if self._real_time else 0.0
+            self.replanner.search(wait=not self._real_time)
             self.replanner.prepare()
             self._next = time + self.replanner.period
             if self._policy is None or not self._real_time:

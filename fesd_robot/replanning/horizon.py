@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fesd_robot.fesd import OptimalControlProblem
 from fesd_robot.fesd.polishing import BranchMotion
 from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.instants import SAME_TIME
 from fesd_robot.mpcc import BranchNlp
-from fesd_robot.nlp import NlpNumbers
+from fesd_robot.nlp import Nlp, NlpNumbers
 from fesd_robot.nlp.real_time import PrimalDual, RealTimeInteriorPoint
 
 SETTLING, SETTLED = 60, 1e-8
@@ -69,16 +70,15 @@ class Horizon:
     """
 
     def __init__(self, motion: BranchMotion) -> None:
-        self.motion = motion
+        self.motion, self._numbers_of = motion, motion.transcription.ocp
         own = motion.transcription
-        nlp, bounds = BranchNlp.of(motion.polisher, "always").nlp, motion.polisher.bounds(motion.branch)
-        numbers = NlpNumbers(bounds.lower, bounds.upper, bounds.g_lower, bounds.g_upper, nlp.parameters((0, 0)))
+        nlp, numbers = _program(motion)
         assert own.ocp.clock is not None
         self.clock = own.ocp.clock.state
         self.nodes = own.options.tableau.nodes
         last = own.indices.state(own.grid.intervals)
         goal = np.flatnonzero(own.ocp.terminal_lower == own.ocp.terminal_upper)
-        self.solver = RealTimeInteriorPoint(nlp.program, numbers, last[goal[goal != self.clock]])
+        self.solver = RealTimeInteriorPoint(nlp, numbers, last[goal[goal != self.clock]])
         self.phase_nodes = np.concatenate([[0], np.cumsum(own.grid.phases)])
         self.node_clocks = np.array([own.indices.state(k)[self.clock] for k in range(own.grid.intervals + 1)])
         self.running = self._running()
@@ -87,6 +87,17 @@ class Horizon:
             self.solver.analyse(*self._passed(self.running.first_of(phase))[:2])
         self.restrict(motion.w, 0)
         self.settled = self._settled(np.clip(motion.w, numbers.lower, numbers.upper))
+
+    def with_numbers(self, ocp: OptimalControlProblem) -> None:
+        """Let the solver have the numbers of another problem with the same equations: its goal, reference, weights."""
+        if ocp is not self._numbers_of:
+            self._numbers_of = ocp
+            self.solver.renumber(_program(self.motion.with_numbers(ocp))[1])
+
+    def end(self, x: np.ndarray) -> np.ndarray:
+        """Return the state at the end, (n_x)."""
+        own = self.motion.transcription
+        return x[own.indices.state(own.grid.intervals)]
 
     def place(self, x: np.ndarray, time: float, phase: int, last: float) -> int:
         """Return the number of the running element of a phase in which a time is, s.
@@ -223,13 +234,13 @@ class Horizon:
         own, motion = self.motion.transcription, self.motion
         indices, stages = own.indices, own.options.tableau.stages
         n_x, n_z = own.ocp.system.state.numel(), own.ocp.system.algebraic.numel()
-        found = []
+        found, last = [], np.cumsum(own.elements)
         for e, element in enumerate(motion.elements):
             advance = element.x[-1, self.clock] - element.x_left[self.clock]
             if motion.branch.without_length[e] or advance <= SAME_TIME:
                 continue
             points = np.array([indices.stage(e, j) for j in range(stages)])
-            interval = int(indices.place(e).interval)
+            interval = int(np.searchsorted(last, e, side="right"))
             phase = int(np.searchsorted(self.phase_nodes, interval, side="right")) - 1
             found.append(
                 (
@@ -244,3 +255,10 @@ class Horizon:
                 )
             )
         return RunningElements(*(np.array(part) for part in zip(*found, strict=True)))
+
+
+def _program(motion: BranchMotion) -> tuple[Nlp, NlpNumbers]:
+    """Return the branch NLP of a motion, and its numbers."""
+    nlp, bounds = BranchNlp.of(motion.polisher, "always").nlp, motion.polisher.bounds(motion.branch)
+    numbers = NlpNumbers(bounds.lower, bounds.upper, bounds.g_lower, bounds.g_upper, nlp.parameters((0, 0)))
+    return nlp.program, numbers

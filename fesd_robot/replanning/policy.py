@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ from fesd_robot.fesd.schemes import lagrange
 from fesd_robot.instants import SAME_TIME
 
 LANDING = 0.03
-"""s before a landing is due from which on it may happen."""
+"""s before a landing is due from which on a contact lands that was never seen off."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,13 @@ class ContactEvent:
     time: float
     contact: str
     kind: str
+
+
+def landing(modes: Sequence[ContactMode], later: Sequence[ContactMode]) -> list[int]:
+    """Return the numbers of the contacts that land between two phases."""
+    return [
+        i for i, (now, then) in enumerate(zip(modes, later, strict=True)) if now is ContactMode.FLIGHT and then.closed
+    ]
 
 
 class FeedbackGains:
@@ -69,6 +77,7 @@ class Policy:
     _phase_ends: np.ndarray
     _first_phase: int
     _gains: FeedbackGains
+    _flown: np.ndarray
     _limits: tuple[np.ndarray, np.ndarray]
     _sizes: tuple[int, int]
     _model: pin.Model | None
@@ -123,18 +132,12 @@ class Policy:
 
     def _with_contacts(self, element: int, time: float, contacts: np.ndarray) -> int:
         """Return the element of the running phase or of the next one, by which contacts touch."""
-        if len(self._modes) < 2:
-            return element
-        lands = [
-            i
-            for i, (now, then) in enumerate(zip(self._modes[0], self._modes[1], strict=True))
-            if now is ContactMode.FLIGHT and then.closed
-        ]
+        lands = landing(*self._modes[:2]) if len(self._modes) > 1 else []
         if not lands:
             return element
         first = int((self._phases == self._first_phase).sum())
-        may_land = time >= self._phase_ends[1] - LANDING
-        landed = may_land and bool(np.asarray(contacts)[lands].all())
+        touching = bool(np.asarray(contacts)[lands].all())
+        landed = touching and (bool(self._flown[lands].all()) or time >= self._phase_ends[1] - LANDING)
         return max(element, first) if landed else min(element, first - 1)
 
     def _gain(self, element: int, time: float) -> np.ndarray:

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fesd_robot.contact import ContactMode, modes_of
-from fesd_robot.errors import OptionError, PlanFileError
-from fesd_robot.fesd.polishing import BranchMotion
-from fesd_robot.nlp.real_time import PrimalDual
+from fesd_robot.contact import ContactMode
+from fesd_robot.errors import OptionError
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, task_of
-from fesd_robot.replanning.horizon import Horizon
+from fesd_robot.replanning.another_plan import AnotherPlan, with_goal
+from fesd_robot.replanning.followed import Followed
 from fesd_robot.replanning.measured import MeasuredState
-from fesd_robot.replanning.policy import LANDING, ContactEvent, FeedbackGains, Policy
-from fesd_robot.starts import kept_motion
-from fesd_robot.tracking import tracking_gains
+from fesd_robot.replanning.policy import LANDING, ContactEvent, Policy, landing
 
 PERIOD = 0.01
 """s; how often it is meant to be called."""
@@ -36,6 +34,9 @@ ITERATIONS = 4
 
 SHIFTING = 2
 """Steps that follow the time, before the measurement, at most."""
+
+MISSED = 1e-3
+"""Violation of bounds of the rest of a plan above which its goal counts as missed."""
 
 ACCEPTED = 1e-3
 """Violation of equations up to which the result of an update is taken."""
@@ -92,6 +93,8 @@ class Replanner:
         plan: exact, on a grid that follows the contacts (`method.grid: phases`).
         period: s between updates.
         iterations: steps of an update, at most; further ones are made while equations are violated by more than 1e-6.
+        search: whether another plan is looked for in another process where the last phase of a plan cannot reach the
+            goal; `search` follows it from the end of the running one on.
         motion: its task, formulated; default: it is formulated.
 
     Attributes:
@@ -108,40 +111,64 @@ class Replanner:
     """
 
     def __init__(
-        self, plan: Plan, *, period: float = PERIOD, iterations: int = ITERATIONS, motion: MotionProblem | None = None
+        self,
+        plan: Plan,
+        *,
+        period: float = PERIOD,
+        iterations: int = ITERATIONS,
+        search: bool = True,
+        motion: MotionProblem | None = None,
     ) -> None:
         if not period > 0:
             raise OptionError(f"period: found {period!r} s, expected a number greater than 0")
         if iterations < 1:
             raise OptionError(f"iterations: found {iterations!r}, expected a number of at least 1")
-        if not plan.status.solved:
-            raise PlanFileError(f"{plan.name}: found a plan that is not solved, expected one that can be followed")
         self.motion = formulate(task_of(plan)) if motion is None else motion
-        whole = _moving_motion(plan, self.motion)
         robot = self.motion.robot
         self._n_q, self._n_v = len(robot.configuration_names), len(robot.velocity_names)
         self._model = robot.model if self._n_q != self._n_v else None
-        self._contacts = [contact.name for contact in self.motion.contacts]
         self._measured = MeasuredState(self.motion)
-        self._horizon = Horizon(whole)
-        self._modes = self._modes_of_phases(whole)
-        gains = tracking_gains(plan, motion=self.motion)
-        ends = self._horizon.phase_ends(whole.w)
-        self._gains = FeedbackGains(gains.stacked("time"), gains.stacked("gain"), ends)
         self._limits = self.motion.actuation.lower, self.motion.actuation.upper
-        self.period, self._iterations = period, iterations
+        self.period, self._iterations, self._searches = period, iterations, search
         self.statistics = Statistics()
+        self._another: AnotherPlan | None = None
+        self._first = self._current = Followed(plan, self.motion)
         self.reset()
 
-    def reset(self) -> None:
-        """Begin again at the start of the plan."""
-        self._point = self._start = self._horizon.settled
-        self._horizon.solver.barrier = self._horizon.barriers[0]
-        self._phase, self._time = 0, float(self._horizon.phase_ends(self._point.x)[0])
-        self._begun = self._time
+    def reset(self, plan: Plan | None = None, time: float = 0.0) -> None:
+        """Begin again at the start of a plan.
+
+        Args:
+            plan: of the same task, perhaps with another start or goal; default: the one that it was made from.
+            time: at which the plan begins, s.
+
+        Raises:
+            PlanFileError: as for a new replanner.
+        """
+        if self._another is not None:
+            self._another.end()
+        self._another = None
         self._policy: Policy | None = None
-        self._ready = False
+        self._follow(self._first if plan is None else Followed(plan, self._motion_of(plan)), time)
         self.prepare()
+
+    def _motion_of(self, plan: Plan) -> MotionProblem:
+        """Return the task of a plan on the equations that are there."""
+        return self.motion.with_numbers_of(task_of(plan))
+
+    def _follow(self, followed: Followed, time: float) -> None:
+        """Begin a plan at a time, s."""
+        self._current, self._offset = followed, time
+        horizon = followed.horizon
+        self._horizon, self._modes = horizon, followed.modes
+        self._goal: dict[str, float] = {}
+        horizon.with_numbers(followed.motion.ocp)
+        horizon.solver.barrier = horizon.barriers[0]
+        self._point = self._start = horizon.settled
+        self._phase, self._time = 0, float(horizon.phase_ends(self._point.x)[0])
+        self._begun = self._time
+        self._flown = np.zeros(len(self._modes[0]), dtype=bool)
+        self._ready = False
 
     @property
     def policy(self) -> Policy | None:
@@ -162,37 +189,78 @@ class Replanner:
         self._prepare_seconds = clock.perf_counter() - begin
 
     def update(
-        self, time: float, configuration: np.ndarray, velocity: np.ndarray, contacts: np.ndarray | None = None
+        self,
+        time: float,
+        configuration: np.ndarray,
+        velocity: np.ndarray,
+        contacts: np.ndarray | None = None,
+        goal: Mapping[str, float] | None = None,
     ) -> Policy:
         """Return the policy from a measured state on.
 
         Args:
-            time: since the start of the plan, s.
+            time: s, since the start of the plan that it was made from.
             configuration, velocity: q, (n_q), and v, (n_v), in Pinocchio's order.
             contacts: which contacts touch, (n_c) of bool, beside those with a gap below 0.1 mm.
+            goal: other values of configuration coordinates in the task's goal, m or rad, from now on; default: those
+                of the last call. An update with another goal takes longer.
 
         Raises:
-            OptionError: arrays of the wrong length.
+            OptionError: arrays of the wrong length, or coordinates that are not in the goal.
         """
         if len(configuration) != self._n_q or len(velocity) != self._n_v:
             raise OptionError(
-                f"found q of {len(configuration)} and v of {len(velocity)} entries, expected {self._n_q} and {self._n_v}"
+                f"found q of {len(configuration)} and v of {len(velocity)} entries, expected {self._n_q} and "
+                f"{self._n_v}"
             )
-        begin = clock.perf_counter()
+        begin, own = clock.perf_counter(), time - self._offset
         touching = self._measured.physics.gaps(configuration) < TOUCHING
         if contacts is not None:
             touching |= contacts
-        if self._begins_next(time, touching):
-            self._enter(self._phase + 1, time)
-        elif abs(time - self._time) > 0.5 * self.period or not self._ready:
-            self._time = time
-            self._prepare_at(time)
-        policy, found = self._from(time, configuration, velocity)
+        self._flown |= ~touching
+        if goal is not None and dict(goal) != self._goal:
+            self._aim(goal)
+        if self._begins_next(own, touching):
+            self._enter(self._phase + 1, own)
+        elif abs(own - self._time) > 0.5 * self.period or not self._ready:
+            self._time = own
+            self._prepare_at(own)
+        policy, found = self._from(own, configuration, velocity)
         self._policy = policy
-        self._time, self._ready = time, False
+        self._time, self._ready = own, False
         seconds = clock.perf_counter() - begin
-        self.statistics.updates.append(replace(found, prepare_seconds=self._prepare_seconds, feedback_seconds=seconds))
+        found = replace(found, time=time, prepare_seconds=self._prepare_seconds, feedback_seconds=seconds)
+        self.statistics.updates.append(found)
         return policy
+
+    def search(self, *, wait: bool = False) -> bool:
+        """Follow another plan if there is one, once the running one is over; return whether it begins.
+
+        Args:
+            wait: whether the search for it is waited for.
+        """
+        another = self._another
+        if another is None or self._time < self._horizon.phase_ends(self._point.x)[-1] - LAST:
+            return False
+        found = another.wait() if wait else another.look()
+        if found is None:
+            return False
+        another.end()
+        self._another = None
+        self._follow(Followed(found, self._motion_of(found)), self._offset + self._time + self.period)
+        self._time -= self.period
+        return True
+
+    def _aim(self, goal: Mapping[str, float]) -> None:
+        """Give the goal other values."""
+        task = self._current.motion.task
+        if unknown := [name for name in goal if name not in task.goal.configuration]:
+            known = ", ".join(task.goal.configuration)
+            raise OptionError(f"goal: found '{unknown[0]}', expected coordinates of the task's goal: {known}")
+        self._goal = dict(goal)
+        self._horizon.with_numbers(self._current.motion.with_numbers_of(with_goal(task, goal)).ocp)
+        self._horizon.eased(further=True)
+        self._ready = False
 
     def _from(self, time: float, q: np.ndarray, v: np.ndarray) -> tuple[Policy, Update]:
         horizon, place = self._horizon, self._horizon.state(self._element)
@@ -223,7 +291,19 @@ class Replanner:
         self._point = self._start = iterate
         if count == 1:
             horizon.eased(further=False)
+        self._look_for_another(beyond)
         return self._policy_of(time), found
+
+    def _look_for_another(self, beyond: float) -> None:
+        """Begin to look for a plan from where this one ends, where its last phase cannot reach the goal."""
+        last = self._phase + 1 == len(self._modes)
+        if not (self._searches and last and beyond > MISSED and self._another is None):
+            return
+        current = self._current
+        end = self._horizon.end(self._point.x)[: self._n_q]
+        task = with_goal(current.motion.task, self._goal)
+        motion = current.motion.with_numbers_of(task)
+        self._another = AnotherPlan(motion, current.plan, end, lambda plan: Followed(plan, self._motion_of(plan)))
 
     def _old(self, reason: str) -> Policy:
         if self._policy is None:
@@ -235,18 +315,17 @@ class Replanner:
         if self._phase + 1 == len(self._modes):
             return False
         end = self._horizon.phase_ends(self._point.x)[self._phase + 1]
-        lands = [
-            i
-            for i, (now, then) in enumerate(zip(self._modes[self._phase], self._modes[self._phase + 1], strict=True))
-            if now is ContactMode.FLIGHT and then.closed
-        ]
-        if lands:
-            return time >= end - LANDING and bool(touching[lands].all())
-        return time >= end - LAST
+        lands = landing(self._modes[self._phase], self._modes[self._phase + 1])
+        if not lands:
+            return bool(time >= end - LAST)
+        if not touching[lands].all():
+            return False
+        return bool(self._flown[lands].all() or time >= end - LANDING)
 
     def _enter(self, phase: int, time: float) -> None:
         """Go on with the next phase."""
         self._phase, self._begun, self._time = phase, time, time
+        self._flown = np.zeros(len(self._modes[0]), dtype=bool)
         self._prepare_at(time)
 
     def _prepare_at(self, time: float) -> None:
@@ -265,35 +344,28 @@ class Replanner:
             solver.prepare(shifted)
             self._shifted = shifted.x
 
-    def _modes_of_phases(self, motion: BranchMotion) -> list[tuple[ContactMode, ...]]:
-        run = self._horizon.running
-        result = []
-        for phase in range(len(motion.transcription.grid.phases)):
-            modes = modes_of(motion.branch, int(run.elements[run.first_of(phase)]))
-            result.append(tuple(modes[name] for name in self._contacts))
-        return result
-
     def _policy_of(self, time: float, status: str = "kept", reason: str = "") -> Policy:
         x, run, first = self._point.x, self._horizon.running, self._element
         left, states = x[run.left[first:]], x[run.states[first:]]
         n_x, ticks = self._n_q + self._n_v, self._horizon.clock
-        phase_ends = self._horizon.phase_ends(x)[self._phase :]
-        phase_ends[0] = self._begun
+        offset = self._offset
+        phase_ends = offset + self._horizon.phase_ends(x)[self._phase :]
+        phase_ends[0] = offset + self._begun
         modes = tuple(self._modes[self._phase :])
         events = tuple(
             ContactEvent(float(phase_ends[p + 1]), name, _kind(before, after))
             for p in range(len(modes) - 1)
-            for name, before, after in zip(self._contacts, modes[p], modes[p + 1], strict=True)
+            for name, before, after in zip(self._current.contacts, modes[p], modes[p + 1], strict=True)
             if before is not after
         )
         return Policy(
-            time,
-            time + 3 * self.period,
+            offset + time,
+            offset + time + 3 * self.period,
             events,
             status,
             reason,
-            left[:, ticks],
-            states[:, -1, ticks],
+            offset + left[:, ticks],
+            offset + states[:, -1, ticks],
             run.phases[first:],
             self._horizon.nodes,
             np.concatenate([left[:, None, :n_x], states[..., :n_x]], axis=1),
@@ -301,7 +373,8 @@ class Replanner:
             modes,
             phase_ends,
             self._phase,
-            self._gains,
+            self._current.gains,
+            self._flown.copy(),
             self._limits,
             (self._n_q, self._n_v),
             self._model,
@@ -316,17 +389,3 @@ def _kind(before: ContactMode, after: ContactMode) -> str:
     if before is ContactMode.STICK:
         return "stick_to_slip"
     return "slip_to_stick" if after is ContactMode.STICK else "slip_reversal"
-
-
-def _moving_motion(plan: Plan, motion: MotionProblem) -> BranchMotion:
-    if plan.finite_elements is None:
-        raise PlanFileError(f"{plan.name}: found a plan without its finite elements, expected an exact plan")
-    if motion.task.goal.periodic is not None:
-        raise PlanFileError(f"{plan.name}: found a motion that repeats, expected one with a goal")
-    found = kept_motion(plan, motion) if motion.grid.moving else None
-    if found is None:
-        raise PlanFileError(
-            f"{plan.name}: found a plan on a grid that stands still or with impulses between elements, expected one "
-            "with method.grid: phases and method.contact: freezing"
-        )
-    return found

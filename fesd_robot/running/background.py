@@ -31,6 +31,11 @@ class InBackground(Generic[Value]):
         self._pool = _forked(function)
         self._value = self._pool.submit(None) if self._pool else None
 
+    @property
+    def working(self) -> bool:
+        """Whether a value is still to come."""
+        return self._value is not None
+
     def look(self) -> None:
         """Hand the value over if it is there."""
         if self._value is None or not self._value.done():
