@@ -10,6 +10,7 @@ import numpy as np
 from fesd_robot.ocp import MotionProblem
 from fesd_robot.planning import plan as planned
 from fesd_robot.plans import Plan
+from fesd_robot.replanning.followed import Followed
 from fesd_robot.running import InBackground
 from fesd_robot.task import Task
 
@@ -30,11 +31,15 @@ class AnotherPlan:
         motion: the task, formulated.
         earlier: its plan, whose contacts are tried first.
         configuration: where the robot rests, (n_q).
-        made_ready: does with the plan what takes long, in the other process, for files that it leaves in the cache.
+        formulated: formulates tasks; the other process does with the plan what takes long, for files in the cache.
     """
 
     def __init__(
-        self, motion: MotionProblem, earlier: Plan, configuration: np.ndarray, made_ready: Callable[[Plan], object]
+        self,
+        motion: MotionProblem,
+        earlier: Plan,
+        configuration: np.ndarray,
+        formulated: Callable[[Task], MotionProblem],
     ) -> None:
         names = motion.robot.configuration_names
         values = dict(zip(names, configuration.tolist(), strict=True))
@@ -46,7 +51,7 @@ class AnotherPlan:
         def found() -> Plan:
             result = planned(self.task, earlier=earlier)
             if result.status.solved:
-                made_ready(result)
+                Followed(result, formulated(self.task))
             return result
 
         self._search = InBackground(found, self._take)

@@ -16,6 +16,7 @@ from fesd_robot.replanning.another_plan import AnotherPlan, with_goal
 from fesd_robot.replanning.followed import Followed
 from fesd_robot.replanning.measured import MeasuredState
 from fesd_robot.replanning.policy import LANDING, ContactEvent, Policy, landing
+from fesd_robot.task import Task
 
 PERIOD = 0.01
 """s; how often it is meant to be called."""
@@ -149,12 +150,15 @@ class Replanner:
             self._another.end()
         self._another = None
         self._policy: Policy | None = None
-        self._follow(self._first if plan is None else Followed(plan, self._motion_of(plan)), time)
+        self._follow(self._first if plan is None else Followed(plan, self._motion_of(task_of(plan))), time)
         self.prepare()
 
-    def _motion_of(self, plan: Plan) -> MotionProblem:
-        """Return the task of a plan on the equations that are there."""
-        return self.motion.with_numbers_of(task_of(plan))
+    def _motion_of(self, task: Task) -> MotionProblem:
+        """Return a task formulated, on the equations that are there if they are its own."""
+        try:
+            return self.motion.with_numbers_of(task)
+        except OptionError:
+            return formulate(task)
 
     def _follow(self, followed: Followed, time: float) -> None:
         """Begin a plan at a time, s."""
@@ -247,7 +251,7 @@ class Replanner:
             return False
         another.end()
         self._another = None
-        self._follow(Followed(found, self._motion_of(found)), self._offset + self._time + self.period)
+        self._follow(Followed(found, self._motion_of(another.task)), self._offset + self._time + self.period)
         self._time -= self.period
         return True
 
@@ -303,7 +307,7 @@ class Replanner:
         end = self._horizon.end(self._point.x)[: self._n_q]
         task = with_goal(current.motion.task, self._goal)
         motion = current.motion.with_numbers_of(task)
-        self._another = AnotherPlan(motion, current.plan, end, lambda plan: Followed(plan, self._motion_of(plan)))
+        self._another = AnotherPlan(motion, current.plan, end, self._motion_of)
 
     def _old(self, reason: str) -> Policy:
         if self._policy is None:
