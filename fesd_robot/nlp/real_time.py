@@ -143,7 +143,7 @@ class RealTimeInteriorPoint:
         self.analyse(np.zeros(self.size, dtype=bool), np.zeros(0, dtype=int))
 
     def renumber(self, numbers: NlpNumbers) -> None:
-        """Let the program have other bounds and parameters; the same variables and rows are bounded, equal and fixed."""
+        """Let the program have other bounds and parameters; what is bounded, equal and fixed stays so."""
         lower, upper = numbers.g_lower[self._rows], numbers.g_upper[self._rows]
         self._p = numbers.p
         self._own_target = self._target = np.where(lower == upper, lower, 0.0)
@@ -190,6 +190,11 @@ class RealTimeInteriorPoint:
         self._target = self._own_target.copy()
         chosen = np.intersect1d(np.searchsorted(self._rows, rows), self._equal)
         self._target[chosen] = self._values(x)[1][chosen]
+
+    def shift(self, rows: np.ndarray, amount: float) -> None:
+        """Let rows have values that are larger by an amount than those of the program."""
+        chosen = np.searchsorted(self._rows, rows)
+        self._target[chosen] = self._own_target[chosen] + amount
 
     def columns_of_rows(self) -> tuple[np.ndarray, np.ndarray]:
         """Return numbers of rows and of the variables on which they depend, pair by pair."""
@@ -292,7 +297,7 @@ class RealTimeInteriorPoint:
         blocked: PrimalDual,
         share: float,
     ) -> Step | None:
-        """Return a longer step, for which bounds give way, if it violates equality rows and bounds less in their sum."""
+        """Return a longer step, for which bounds give way, if it violates equality rows and bounds less."""
         own, kept = self._prepared, 1 - TO_BOUNDARY
         start = own.x + moved
         nearest, at_start = self._beyond(blocked.x), self._beyond(start)

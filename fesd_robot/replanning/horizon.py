@@ -64,6 +64,7 @@ class Horizon:
         settled: its solution, which keeps bounds at a distance.
         barriers: the least and the largest barrier parameter of the solver.
         running: the elements in which the clock runs; the others are impacts.
+        duration: of the plan, s.
         clock: number of the clock in the state.
         node_clocks: variables that are the times of the nodes of the control grid, (N + 1).
         phase_nodes: numbers of the nodes at which phases begin, and of the last node, (P + 1).
@@ -83,6 +84,8 @@ class Horizon:
         self.node_clocks = np.array([own.indices.state(k)[self.clock] for k in range(own.grid.intervals + 1)])
         self.running = self._running()
         self._rows_at = self._rows_of_beginnings()
+        self.duration = float(motion.w[self.node_clocks[-1]])
+        self._end_row = self._row_of_the_end()
         for phase in range(1, len(own.grid.phases)):
             self.solver.analyse(*self._passed(self.running.first_of(phase))[:2])
         self.restrict(motion.w, 0)
@@ -93,6 +96,10 @@ class Horizon:
         if ocp is not self._numbers_of:
             self._numbers_of = ocp
             self.solver.renumber(_program(self.motion.with_numbers(ocp))[1])
+
+    def lasts_until(self, time: float) -> None:
+        """Let the motion last longer than the plan, until a time, s; `restrict` takes it back."""
+        self.solver.shift(self._end_row, max(time - self.duration, 0.0))
 
     def end(self, x: np.ndarray) -> np.ndarray:
         """Return the state at the end, (n_x)."""
@@ -156,16 +163,57 @@ class Horizon:
         result[run.steps[element]] *= share
         return result
 
-    def restrict(self, x: np.ndarray, element: int) -> None:
+    def at_rest(self, x: np.ndarray, time: float, duration: float) -> tuple[np.ndarray, int]:
+        """Return variables of a motion that rests in the last phase as it ends, and the element in which it begins.
+
+        Args:
+            x: variables.
+            time: at which it begins, s.
+            duration: how long it lasts, s.
+        """
+        run = self.running
+        first = run.first_of(len(self.phase_nodes) - 2)
+        result, last = x.copy(), run.states[-1, -1]
+        lengths = np.array([np.subtract(*self.span(self.settled.x, e)[::-1]) for e in range(first, len(run.steps))])
+        factor = duration / lengths.sum()
+        begins = time + factor * np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+        nodes = np.concatenate([[0.0], self.motion.transcription.options.tableau.c])
+        for e, begin, length in zip(range(first, len(run.steps)), begins, lengths * factor, strict=True):
+            places = np.concatenate([run.left[e][None], run.states[e]])
+            result[places] = x[last]
+            result[places[:, self.clock]] = begin + nodes * length
+            result[run.algebraic[e]] = x[run.algebraic[-1, -1]]
+            result[run.controls[e]] = x[run.controls[-1]]
+            result[run.steps[e]] = self.settled.x[run.steps[e]] * factor
+        return result, first
+
+    def later(self, x: np.ndarray, element: int, time: float) -> np.ndarray:
+        """Return variables of the same motion from a running element on, which begins at another time, s."""
+        run, result = self.running, x.copy()
+        seconds = time - x[run.left[element, self.clock]]
+        clocks = np.concatenate([run.left[element:, self.clock], run.states[element:, :, self.clock].ravel()])
+        result[np.unique(clocks)] += seconds
+        return result
+
+    def restrict(self, x: np.ndarray, element: int, *, whole: bool = False) -> None:
         """Let the solver keep all that is before a running element, and the share of its interval that is left.
 
         Args:
             x: variables, as of `begun_at`.
             element: number of the element.
+            whole: whether all of its interval is left.
         """
         passed, left_out, held = self._passed(element)
         self.solver.restrict(passed, left_out)
-        self.solver.hold(held, x)
+        if not whole:
+            self.solver.hold(held, x)
+            return
+        run = self.running
+        interval = int(run.intervals[element])
+        self.solver.hold(held[:0], x)
+        # Its interval begins at the element, the row that makes it as long as the next one knows the node before that.
+        late = float(x[self.node_clocks[interval]] - x[run.left[element, self.clock]])
+        self.solver.shift(np.intersect1d(held, self._equal_intervals[interval]), late)
 
     def _passed(self, element: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the variables that have passed when the motion begins in a running element, and `_rows_at`."""
@@ -213,8 +261,14 @@ class Horizon:
         last, first = np.full(count, -1), np.full(count, self.solver.size)
         np.maximum.at(last, of_rows, columns)
         np.minimum.at(first, of_rows, columns)
+        self._equal_intervals = [
+            np.flatnonzero((first == clocks[0]) & (last == clocks[2]))
+            for clocks in (self.node_clocks[k : k + 3] for k in range(own.grid.intervals - 1))
+        ]
+        self._equal_intervals.append(np.zeros(0, dtype=int))
         lengths = np.zeros(self.solver.size, dtype=bool)
         lengths[[indices.step(e) for e in range(sum(own.elements))]] = True
+        is_step = np.append(lengths, False)
         lengths[self.node_clocks] = True
         lengths[[int(indices.control(k)[-1]) for k in range(own.grid.intervals)]] = True
         of_lengths = np.bincount(of_rows, ~lengths[columns], minlength=count) == 0
@@ -223,12 +277,20 @@ class Horizon:
         for e, interval in enumerate(run.intervals):
             begins, control = run.steps[e], indices.control(int(interval))
             node = self.node_clocks[interval]
-            at_node = run.left[e, self.clock] == node
             before = (last < begins) & ~((first >= control[0]) & (last <= control[-1]))
-            ties = of_lengths & (first < (node if at_node else begins)) & (last >= begins)
+            ties = of_lengths & (last >= begins) & ((first < node) | (is_step[first] & (first < begins)))
             held = of_lengths & ~ties & ((first == begins) | (first == node)) & (last > begins)
             result.append((known[(before | ties)[known]], known[held[known]]))
         return result
+
+    def _row_of_the_end(self) -> np.ndarray:
+        """Return the number of the row that keeps the end at its time, one or none."""
+        rows, columns = self.solver.columns_of_rows()
+        own = self.motion.transcription
+        pace = int(own.indices.control(own.grid.intervals - 1)[-1])
+        apart = np.bincount(rows, ~np.isin(columns, [self.node_clocks[-1], pace]), minlength=int(rows.max()) + 1)
+        with_clock = rows[columns == self.node_clocks[-1]]
+        return with_clock[apart[with_clock] == 0]
 
     def _running(self) -> RunningElements:
         own, motion = self.motion.transcription, self.motion

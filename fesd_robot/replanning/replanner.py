@@ -39,6 +39,9 @@ SHIFTING = 2
 MISSED = 1e-3
 """Violation of bounds of the rest of a plan above which its goal counts as missed."""
 
+STANDING = 0.2
+"""s for which the robot is to stand, from every instant on once a plan is over."""
+
 ACCEPTED = 1e-3
 """Violation of equations up to which the result of an update is taken."""
 
@@ -169,6 +172,7 @@ class Replanner:
         horizon.with_numbers(followed.motion.ocp)
         horizon.solver.barrier = horizon.barriers[0]
         self._point = self._start = horizon.settled
+        self._stands = False
         self._phase, self._time = 0, float(horizon.phase_ends(self._point.x)[0])
         self._begun = self._time
         self._flown = np.zeros(len(self._modes[0]), dtype=bool)
@@ -244,7 +248,7 @@ class Replanner:
             wait: whether the search for it is waited for.
         """
         another = self._another
-        if another is None or self._time < self._horizon.phase_ends(self._point.x)[-1] - LAST:
+        if another is None or self._time < self._horizon.duration - LAST:
             return False
         found = another.wait() if wait else another.look()
         if found is None:
@@ -334,11 +338,16 @@ class Replanner:
 
     def _prepare_at(self, time: float) -> None:
         horizon, x = self._horizon, self._start.x
-        element = horizon.place(x, time, self._phase, LAST)
-        begin, end = horizon.span(x, element)
-        self._element = element
-        self._shifted = horizon.begun_at(x, element, min(max(time, begin), end - LAST)) if end - begin > LAST else x
-        horizon.restrict(self._shifted, element)
+        if time > horizon.duration - LAST:
+            self._stand(time)
+        else:
+            self._element = element = horizon.place(x, time, self._phase, LAST)
+            begin, end = horizon.span(x, element)
+            within = min(max(time, begin), end - LAST)
+            self._shifted = horizon.begun_at(x, element, within) if end - begin > LAST else x
+        horizon.restrict(self._shifted, self._element, whole=self._stands)
+        if self._stands:
+            horizon.lasts_until(time + STANDING)
         solver, self._ready = horizon.solver, True
         solver.prepare(solver.at(self._shifted, self._start))
         for _ in range(SHIFTING):
@@ -347,6 +356,15 @@ class Replanner:
                 break
             solver.prepare(shifted)
             self._shifted = shifted.x
+
+    def _stand(self, time: float) -> None:
+        """Let the motion rest at its end, for some time from now on."""
+        if not self._stands:
+            self._shifted, self._element = self._horizon.at_rest(self._start.x, time, STANDING)
+            self._horizon.eased(further=True)
+        else:
+            self._shifted = self._horizon.later(self._start.x, self._element, time)
+        self._stands = True
 
     def _policy_of(self, time: float, status: str = "kept", reason: str = "") -> Policy:
         x, run, first = self._point.x, self._horizon.running, self._element
