@@ -1,0 +1,23 @@
+"""Plans solved again at the rate of a controller, from the states in which the robot is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fesd_robot.lazy import lazy_exports
+
+__all__ = ["Policy", "Replanner", "ReplanningController"]
+
+if TYPE_CHECKING:
+    from fesd_robot.replanning.controller import ReplanningController
+    from fesd_robot.replanning.policy import Policy
+    from fesd_robot.replanning.replanner import Replanner
+else:
+    __getattr__, __dir__ = lazy_exports(
+        __name__,
+        {
+            "fesd_robot.replanning.controller": ["ReplanningController"],
+            "fesd_robot.replanning.policy": ["Policy"],
+            "fesd_robot.replanning.replanner": ["Replanner"],
+        },
+    )
