@@ -106,7 +106,7 @@ def test_the_sensitivity_is_that_of_the_solution() -> None:
 
 
 def test_a_bound_gives_way_where_equations_leave_no_choice() -> None:
-    """Equations that contradict a bound are met all the same, and the bound is violated by no more than it has to be."""
+    """Equations that contradict a bound are met all the same, the bound by no more than it has to be violated."""
     nlp, numbers = pendulum_like()
     solver = RealTimeInteriorPoint(nlp, numbers, barrier=1e-4)
     far = np.array([2.5, 0.6, 0.0, 0.1])
@@ -132,7 +132,7 @@ def test_other_numbers_move_the_bounds() -> None:
 
 
 def test_what_has_passed_stays() -> None:
-    """Variables that have passed keep their values, whatever the rows before say; what is left is solved as if alone."""
+    """Variables that have passed keep their values, whatever earlier rows say; the rest is solved as if alone."""
     x, p = ca.SX.sym("x", 4), ca.SX.sym("p", 0)
     f = ca.sumsqr(x - ca.DM([1, 2, 3, 4]))
     g = ca.vertcat(x[1] - 2 * x[0], x[2] - 2 * x[1], x[3] - 2 * x[2])

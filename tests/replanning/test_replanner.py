@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-
 import casadi as ca
 import numpy as np
 import pinocchio as pin
@@ -180,7 +178,6 @@ def test_bad_input_is_told(replanner: Replanner, jump: Plan, motion: MotionProbl
 
 def test_plans_that_cannot_be_followed(jump: Plan, motion: MotionProblem) -> None:
     """A plan without its finite elements is refused in one sentence."""
-    without = copy.copy(jump)
-    without.finite_elements = None
+    without = jump.model_copy(update={"finite_elements": None})
     with pytest.raises(PlanFileError, match="without its finite elements"):
         Replanner(without, motion=motion)
