@@ -58,7 +58,8 @@ class Policy:
     Attributes:
         begin: time from which on it is meant, s; valid_until: about how long.
         events: what contacts do, in the order of time.
-        status: where it comes from: ``kept``, the sequence of the plan; ``old``, an earlier policy goes on.
+        status: where it comes from: ``kept``, the sequence of the plan; ``changed``, that of another plan, which it
+            begins; ``old``, an earlier policy goes on.
         reason: of an old one, why.
     """
 

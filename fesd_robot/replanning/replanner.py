@@ -120,7 +120,7 @@ class Replanner:
         *,
         period: float = PERIOD,
         iterations: int = ITERATIONS,
-        search: bool = True,
+        search: bool = False,
         motion: MotionProblem | None = None,
     ) -> None:
         if not period > 0:
@@ -136,6 +136,7 @@ class Replanner:
         self.period, self._iterations, self._searches = period, iterations, search
         self.statistics = Statistics()
         self._another: AnotherPlan | None = None
+        self._changed = False
         self._first = self._current = Followed(plan, self.motion)
         self.reset()
 
@@ -257,6 +258,7 @@ class Replanner:
         self._another = None
         self._follow(Followed(found, self._motion_of(another.task)), self._offset + self._time + self.period)
         self._time -= self.period
+        self._changed = True
         return True
 
     def _aim(self, goal: Mapping[str, float]) -> None:
@@ -291,7 +293,7 @@ class Replanner:
             reason = f"equations would be violated by {violation:.1g}"
         elif horizon.runs_backwards(iterate.x, self._element):
             reason = "a phase would run backwards"
-        status = "old" if reason else "kept"
+        status = "old" if reason else "changed" if self._changed else "kept"
         found = Update(time, 0.0, 0.0, count, first, violation, beyond, status, reason)
         if reason:  # a result that came nearer is where the next update begins, once it is good it counts
             self._start = iterate if violation < first else self._point
@@ -299,8 +301,9 @@ class Replanner:
         self._point = self._start = iterate
         if count == 1:
             horizon.eased(further=False)
+        self._changed = False
         self._look_for_another(beyond)
-        return self._policy_of(time), found
+        return self._policy_of(time, status), found
 
     def _look_for_another(self, beyond: float) -> None:
         """Begin to look for a plan from where this one ends, where its last phase cannot reach the goal."""

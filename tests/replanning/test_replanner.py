@@ -166,6 +166,19 @@ def test_a_push_that_lqr_cannot_take(replanner: Replanner, jump: Plan, motion: M
     assert np.mean([each.status == "kept" for each in late]) > 0.9
 
 
+@pytest.mark.slow
+def test_another_plan_reaches_a_goal_that_was_missed(jump: Plan, motion: MotionProblem) -> None:
+    """A push in the last flight makes the robot miss; it stands, another plan is found and followed, and it arrives."""
+    replanner = Replanner(jump, search=True, motion=motion)
+    scene = mujoco_scene(formulate(task_of(jump), driven=False))
+    push = Disturbance(pushes=[Push(0.52, (0.29, 0.0, 0.06))])
+    record = run(scene, jump, ReplanningController(replanner), beyond=1.05, disturbance=push)
+    missed = record.configuration[np.searchsorted(record.time, 1.0), 0]
+    assert abs(missed - 1.0) > 0.08
+    assert record.configuration[-1, 0] == pytest.approx(1.0, abs=0.015)
+    assert [each.status for each in replanner.statistics.updates].count("changed") == 1
+
+
 def test_bad_input_is_told(replanner: Replanner, jump: Plan, motion: MotionProblem) -> None:
     """Periods, iterations, arrays and plans that cannot be: one sentence each."""
     with pytest.raises(OptionError, match="period: found 0 s, expected a number greater than 0"):
