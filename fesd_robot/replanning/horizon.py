@@ -23,7 +23,7 @@ STRENGTH = 4.0
 BARRIER = 2.5
 """Sum of the products of all multipliers and distances, as a multiple of a plan's objective, for steps far away."""
 
-LEAST, LEAST_BARRIER = 0.01, 1e-6
+LEAST, LEAST_BARRIER = 0.01, 1e-9
 """Part of it for steps nearby, and one of the products, at least."""
 
 

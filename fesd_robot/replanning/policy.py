@@ -108,6 +108,11 @@ class Policy:
         """Return q, (n_q), and v, (n_v), of the motion at a time, s."""
         return self._at(time, contacts)[1:]
 
+    @property
+    def controls(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times at which controls begin and at which the last one ends, s, (n + 1), and the controls, (n, n_u)."""
+        return np.append(self._begins, self._ends[-1]), self._controls
+
     def mode(self, time: float) -> tuple[ContactMode, ...]:
         """Return what every contact does at a time, s."""
         phase = int(np.searchsorted(self._phase_ends[1:-1], time, side="right"))

@@ -93,8 +93,8 @@ class Ours:
         self.replanner.reset()
         policy = self.replanner.update(0.0, *measured(start))
         update = self.replanner.statistics.updates[-1]
-        spans = policy._ends - policy._begins
-        controls = list(zip(policy._controls[:, 0].tolist(), spans.tolist(), strict=True))
+        times, values = policy.controls
+        controls = list(zip(values[:, 0].tolist(), np.diff(times).tolist(), strict=True))
         seconds = update.feedback_seconds, update.prepare_seconds
         return _judged(start, controls, seconds, update.status == "kept", update.violation)
 
