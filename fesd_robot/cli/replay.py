@@ -22,7 +22,7 @@ def controller_names() -> list[str]:
     return list(RUNS)
 
 
-def replay(
+def replay(  # noqa: PLR0913  every option is a parameter
     plan: PlanFile,
     out: Annotated[
         Path | None,
@@ -33,8 +33,8 @@ def replay(
         typer.Option(
             "--controller",
             metavar="NAME",
-            help="open-loop, pd or lqr, or event-driven: the controls alone in this program's own integrator, beside "
-            "MuJoCo; may be given several times. Default: the first three.",
+            help="open-loop, pd, lqr or replan, or event-driven: the controls alone in this program's own integrator, "
+            "beside MuJoCo; may be given several times. Default: the first three.",
             show_default=False,
             autocompletion=controller_names,
         ),
@@ -47,6 +47,56 @@ def replay(
             "1 cm and 2 degrees, sensor noise.",
         ),
     ] = False,
+    closed_loop: Annotated[
+        bool,
+        typer.Option(
+            "--closed-loop",
+            help="The same as --controller replan: the rest of the plan is solved again from the measured state while "
+            "it runs.",
+        ),
+    ] = False,
+    period: Annotated[
+        float | None,
+        typer.Option(
+            "--period",
+            metavar="SECONDS",
+            help="How often replan solves it again; default: every 0.01 s.",
+            show_default=False,
+        ),
+    ] = None,
+    real_time: Annotated[
+        bool,
+        typer.Option(
+            "--real-time",
+            help="With replan, a result counts only once the time has passed that it took; else the simulator waits, "
+            "and every run is the same.",
+        ),
+    ] = False,
+    goals: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--goal",
+            metavar="TIME:NAME=VALUE",
+            help="With replan, another goal from a time on, e.g. 0.3:root_x=1.1; may be given several times.",
+            show_default=False,
+        ),
+    ] = None,
+    pushes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--push",
+            metavar="TIME:VX,VZ",
+            help="Push the robot at a time, s, by a change of its velocity, m/s, e.g. 0.3:0.2,0, in space "
+            "TIME:VX,VY,VZ; may be given several times.",
+            show_default=False,
+        ),
+    ] = None,
+    mass: Annotated[
+        float, typer.Option("--mass", metavar="FACTOR", help="Of all masses in MuJoCo; the plan knows nothing of it.")
+    ] = 1.0,
+    friction: Annotated[
+        float, typer.Option("--friction", metavar="FACTOR", help="The same, of all coefficients of friction.")
+    ] = 1.0,
     viewer: Annotated[
         bool, typer.Option("--viewer", help="Play the last controller's run in MuJoCo's viewer.")
     ] = False,
@@ -71,9 +121,11 @@ def replay(
     """
     if video is not None and sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         os.environ.setdefault("MUJOCO_GL", "egl")  # read when MuJoCo is imported
+    from fesd_robot.cli.disturbances import moved_goal_of, push_of
     from fesd_robot.cli.exits import ExitCode
-    from fesd_robot.in_mujoco import CONTROLLERS, write_replay
+    from fesd_robot.in_mujoco import CONTROLLERS, Disturbance, Perturbation, Replanning, write_replay
     from fesd_robot.in_mujoco import replay as replayed
+    from fesd_robot.in_mujoco.controllers import REPLAN
     from fesd_robot.plans import read_plan
 
     folder = (plan if plan.is_dir() else plan.parent) / "replay" if out is None else out
@@ -82,8 +134,20 @@ def replay(
         if not quiet:
             typer.echo(sentence, err=True)
 
-    chosen = list(dict.fromkeys(controllers)) if controllers else list(CONTROLLERS)
-    found = replayed(read_plan(plan), chosen, perturb=perturb, unsolved=force, tell=tell)
+    named = [*(controllers or ()), *([REPLAN] if closed_loop else ())]
+    chosen = list(dict.fromkeys(named)) or list(CONTROLLERS)
+    wanted = Replanning(period, real_time, tuple(moved_goal_of(each) for each in goals or ()))
+    felt = Disturbance(pushes=tuple(push_of(each) for each in pushes or ()))
+    given = Perturbation(mass=mass, friction=friction, disturbance=felt)
+    found = replayed(
+        read_plan(plan),
+        chosen,
+        perturb=perturb,
+        different=given if given != Perturbation() else None,
+        replanning=wanted if wanted != Replanning() else None,
+        unsolved=force,
+        tell=tell,
+    )
     written = write_replay(found, folder)
     if not quiet:
         typer.echo("\n".join([*_lines(found), f"written to {folder}: {', '.join(each.name for each in written)}"]))
@@ -94,6 +158,8 @@ def replay(
 
 def _lines(found: Replay) -> list[str]:
     """Return a line for every run."""
+    from fesd_robot.in_mujoco.report import replanning_in_words
+
     lines = [*found.left_out, *(f"note: {each}" for each in found.scene.notes)]
     for each in found.runs:
         entry = each.entry()
@@ -109,6 +175,7 @@ def _lines(found: Replay) -> list[str]:
             words.append(
                 f"{entry['perturbed']['finished']} of {len(entry['perturbed']['runs'])} perturbed runs finished"
             )
+        words += [replanning_in_words(each.replanned)] if each.replanned else []
         lines.append(f"{each.controller}: {', '.join(words)}")
     return lines
 

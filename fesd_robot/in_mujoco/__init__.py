@@ -15,7 +15,10 @@ __all__ = [
     "MujocoScene",
     "Noise",
     "OpenLoop",
+    "Perturbation",
     "Push",
+    "Replanned",
+    "Replanning",
     "Replay",
     "ReplayRun",
     "RunRecord",
@@ -31,23 +34,25 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from fesd_robot.in_mujoco.controllers import CONTROLLERS, RUNS
+    from fesd_robot.in_mujoco.controllers import CONTROLLERS, RUNS, Replanning
     from fesd_robot.in_mujoco.driving import Controller, Disturbance, Noise, OpenLoop, Push, RunRecord, run
     from fesd_robot.in_mujoco.files import write_replay
     from fesd_robot.in_mujoco.measures import Deviation
-    from fesd_robot.in_mujoco.perturbed import perturbations
+    from fesd_robot.in_mujoco.perturbed import Perturbation, perturbations
     from fesd_robot.in_mujoco.pictures import play, write_video
+    from fesd_robot.in_mujoco.replanned import Replanned
     from fesd_robot.in_mujoco.replays import Replay, ReplayRun, replay
     from fesd_robot.in_mujoco.scene import MujocoScene, mujoco_scene, scene_file, sliding_contacts
 else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "fesd_robot.in_mujoco.controllers": ["CONTROLLERS", "RUNS"],
+            "fesd_robot.in_mujoco.controllers": ["CONTROLLERS", "RUNS", "Replanning"],
             "fesd_robot.in_mujoco.files": ["write_replay"],
             "fesd_robot.in_mujoco.measures": ["Deviation"],
-            "fesd_robot.in_mujoco.perturbed": ["perturbations"],
+            "fesd_robot.in_mujoco.perturbed": ["Perturbation", "perturbations"],
             "fesd_robot.in_mujoco.pictures": ["play", "write_video"],
+            "fesd_robot.in_mujoco.replanned": ["Replanned"],
             "fesd_robot.in_mujoco.replays": ["Replay", "ReplayRun", "replay"],
             "fesd_robot.in_mujoco.driving": [
                 "Controller",

@@ -154,7 +154,8 @@ def run(
         disturbance: what else is different.
 
     Raises:
-        OptionError: times that are not positive, or a hold that is not a number of time steps.
+        OptionError: times that are not positive, a hold that is not a number of time steps, or a push that the robot
+            would not feel.
     """
     step, wanted = scene.model.opt.timestep, disturbance or Disturbance()
     each = _steps("hold", hold, step)
@@ -163,6 +164,7 @@ def run(
         raise OptionError(f"beyond: found {beyond:g} s, expected a time that is not negative")
     span = float(plan.trajectory.time[-1] - plan.trajectory.time[0])
     count = max(int(np.ceil((span + beyond) / hold - ROUNDED)), 1)
+    _check_pushes(scene, wanted.pushes, count * hold, hold)
     data, motors, coordinates = mujoco.MjData(scene.model), scene.motors, scene.coordinates
     start = _start(scene, plan, wanted.offset)
     data.qpos[:], data.qvel[:] = coordinates.to_scene(*start)
@@ -198,6 +200,21 @@ def run(
     times, configuration, velocity, contacts = (np.array(column) for column in zip(*rows, strict=True))
     control = np.array(controls).reshape(len(controls), -1)
     return RunRecord(times, configuration, velocity, contacts, control, touches, broken)
+
+
+def _check_pushes(scene: MujocoScene, pushes: Sequence[Push], end: float, hold: float) -> None:
+    """Raise where a push is none."""
+    for each in pushes:
+        if not 0.0 <= each.time < end - ROUNDED:
+            raise OptionError(f"push: found one at {each.time:g} s, expected a time before the run ends, {end:g} s")
+        if not each.duration >= hold - ROUNDED:
+            raise OptionError(f"push: found a duration of {each.duration:g} s, expected one of at least {hold:g} s")
+        if np.shape(each.velocity) != (3,) or not np.isfinite(each.velocity).all():
+            raise OptionError(f"push: found the velocity {each.velocity}, expected three numbers, m/s")
+        if each.velocity[1] and not scene.motion.in_space:
+            raise OptionError(
+                f"push: found {each.velocity[1]:g} m/s along y, expected 0 for a robot that moves in the x-z plane"
+            )
 
 
 def _push(scene: MujocoScene, data: mujoco.MjData, pushes: Sequence[Push], time: float) -> None:

@@ -6,15 +6,21 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
+import coal
+import mujoco
 import numpy as np
+import pinocchio as pin
 
 from fesd_robot.errors import PlanFileError
 from fesd_robot.in_mujoco.figure import errors_image
 from fesd_robot.in_mujoco.replays import Replay, ReplayRun
-from fesd_robot.in_mujoco.report import report, table
+from fesd_robot.in_mujoco.report import pushes_in_words, replanning_in_words, report, table
+from fesd_robot.in_mujoco.scene import MujocoScene
 from fesd_robot.render import PageContent, render_page
+from fesd_robot.render.marks import Mark
 from fesd_robot.render.outputs import circle_visuals, ground_visual
 from fesd_robot.render.page import Ghost
+from fesd_robot.render.palette import VERMILION
 from fesd_robot.render.verdict import Verdict
 from fesd_robot.writing import write_atomically
 
@@ -24,6 +30,9 @@ PAGE_FILE = "replay_{}.html"
 
 FRAMES = 200
 """Samples a second of the page."""
+
+BAR_LENGTH, BAR_RADIUS = 0.5, 0.006
+"""Of the bar of a push: length for 1 m/s, and radius, m."""
 
 
 def write_replay(replay: Replay, folder: Path | str) -> list[Path]:
@@ -86,6 +95,7 @@ def _write_page(replay: Replay, own: ReplayRun, path: Path) -> Path:
         circles=circle_visuals(motion.task, robot),
         planar=not motion.in_space,
         ghost=Ghost("the plan", robot.model, robot.visual_model, clock, planned),
+        marks=_pushes(replay.scene, own),
     )
     return render_page(path, content)
 
@@ -96,6 +106,28 @@ def _shown(time: np.ndarray) -> Sequence[int]:
     return sorted({*range(0, len(time), step), len(time) - 1})
 
 
+def _pushes(scene: MujocoScene, own: ReplayRun) -> list[Mark]:
+    """Return a bar that ends at the pushed body for every push, where the robot is then."""
+    record, data, result = own.record, mujoco.MjData(scene.model), []
+    for each in own.different.disturbance.pushes:
+        size = float(np.linalg.norm(each.velocity))
+        if size == 0.0:
+            continue
+        row = min(int(np.searchsorted(record.time, each.time)), len(record.time) - 1)
+        data.qpos[:], data.qvel[:] = scene.coordinates.to_scene(record.configuration[row], record.velocity[row])
+        mujoco.mj_kinematics(scene.model, data)
+        along, length = np.asarray(each.velocity) / size, BAR_LENGTH * size
+        turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), along).matrix()
+        middle = data.xpos[scene.first_body] - 0.5 * length * along
+        shape = coal.Cylinder(BAR_RADIUS, length)
+        (words,) = pushes_in_words([each])
+        result.append(Mark("pushes", words, pin.SE3(turn, middle), shape, VERMILION, 0.9))
+    return result
+
+
 def _facts(own: ReplayRun) -> list[tuple[str, str]]:
     names, values = ([cell.strip() for cell in row.strip("|").split("|")] for row in (table([own])[0], table([own])[2]))
-    return [(name, value.strip("*")) for name, value in zip(names[2:], values[2:], strict=True) if value != "–"]
+    facts = [(name, value.strip("*")) for name, value in zip(names[2:], values[2:], strict=True) if value != "–"]
+    pushes = pushes_in_words(own.different.disturbance.pushes)
+    facts += [("pushes", "; ".join(pushes))] if pushes else []
+    return [*facts, ("replanning", replanning_in_words(own.replanned))] if own.replanned else facts

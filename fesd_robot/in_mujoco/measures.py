@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -60,19 +60,25 @@ class Deviation:
         scene: in which it ran.
         plan: any.
         record: of the run.
+        goal: values of configuration coordinates, m or rad, that the end of the plan is taken to have instead of its
+            own.
 
     Attributes:
         time: of the run, within the plan, s, (n).
         distance, turn: of every body from its place, by its name, m and rad, (n).
     """
 
-    def __init__(self, scene: MujocoScene, plan: Plan, record: RunRecord) -> None:
+    def __init__(
+        self, scene: MujocoScene, plan: Plan, record: RunRecord, goal: Mapping[str, float] | None = None
+    ) -> None:
         self._scene, self._plan, self._record = scene, plan, record
         robot = scene.motion.robot
         within = record.time <= plan.trajectory.time[-1] - plan.trajectory.time[0] + scene.model.opt.timestep
         self.time = record.time[within]
         states = planned_states(plan, self.time)
         self._planned, self._sticking = states.configuration, states.sticking
+        for name, value in (goal or {}).items():
+            self._planned[-1, robot.configuration_names.index(name)] = value
         self._run = record.configuration[within]
         self._speed = record.velocity[within]
         bodies = _travelling(robot)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,7 +23,7 @@ REPETITIONS = 4
 
 @dataclass(frozen=True)
 class Perturbation:
-    """A run that differs from the plan.
+    """What is different from the plan in a run.
 
     Attributes:
         what: in words.
@@ -31,10 +31,25 @@ class Perturbation:
         disturbance: of the run.
     """
 
-    what: str
-    mass: float
-    friction: float
-    disturbance: Disturbance
+    what: str = "as planned"
+    mass: float = 1.0
+    friction: float = 1.0
+    disturbance: Disturbance = field(default_factory=Disturbance)
+
+    def beside(self, other: Perturbation) -> Perturbation:
+        """Return this one and another one at once: factors multiply, pushes add up, what only one can be is this one's.
+
+        Args:
+            other: what is different, too.
+        """
+        own, further = self.disturbance, other.disturbance
+        disturbance = Disturbance(
+            further.offset if own.offset is None else own.offset,
+            own.delay or further.delay,
+            own.noise or further.noise,
+            (*own.pushes, *further.pushes),
+        )
+        return Perturbation(self.what, self.mass * other.mass, self.friction * other.friction, disturbance)
 
 
 def perturbations(robot: Robot) -> list[Perturbation]:

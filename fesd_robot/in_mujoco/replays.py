@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from fesd_robot.errors import PlanFileError
-from fesd_robot.in_mujoco.controllers import CONTROLLERS, EVENT_DRIVEN, MakeController, controller_of
-from fesd_robot.in_mujoco.driving import HOLD, RunRecord, run
+from fesd_robot.errors import OptionError, PlanFileError
+from fesd_robot.in_mujoco.controllers import (
+    CONTROLLERS,
+    EVENT_DRIVEN,
+    REPLAN,
+    MakeController,
+    Replanning,
+    controller_of,
+)
+from fesd_robot.in_mujoco.driving import HOLD, Controller, RunRecord, run
 from fesd_robot.in_mujoco.measures import Deviation
 from fesd_robot.in_mujoco.perturbed import Perturbation, perturbations
+from fesd_robot.in_mujoco.replanned import Replanned
 from fesd_robot.in_mujoco.scene import MujocoScene, mujoco_scene, sliding_contacts
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, task_of
+from fesd_robot.replanning import goal_at
 
 Tell = Callable[[str], None]
 """Takes a sentence about what is being done."""
@@ -37,12 +46,16 @@ class ReplayRun:
         record: the run.
         deviation: from the plan.
         perturbed: runs that differ from the plan, none if they were not asked for.
+        different: what was different from the plan.
+        replanned: how the plan was solved again, if it was.
     """
 
     controller: str
     record: RunRecord
     deviation: Deviation
     perturbed: Sequence[PerturbedRun] = ()
+    different: Perturbation = field(default_factory=Perturbation)
+    replanned: Replanned | None = None
 
     def entry(self) -> dict[str, Any]:
         """Return the run as an entry of ``replay.json``: m, rad and s, None where there is nothing of a kind."""
@@ -73,6 +86,10 @@ class ReplayRun:
             }
             if self.perturbed
             else None,
+            "mass": self.different.mass,
+            "friction": self.different.friction,
+            "pushes": [asdict(each) for each in self.different.disturbance.pushes],
+            "replanning": self.replanned.entry() if self.replanned else None,
         }
 
 
@@ -98,6 +115,8 @@ def replay(
     controllers: Sequence[str] = tuple(CONTROLLERS),
     *,
     perturb: bool = False,
+    different: Perturbation | None = None,
+    replanning: Replanning | None = None,
     unsolved: bool = False,
     motion: MotionProblem | None = None,
     tell: Tell | None = None,
@@ -108,6 +127,8 @@ def replay(
         plan: from `plan` or `read_plan`.
         controllers: keys of `RUNS`.
         perturb: whether twenty runs that differ from the plan follow each, `perturbations`.
+        different: what is different from the plan in all runs, in MuJoCo only.
+        replanning: how the controller ``replan`` plans again.
         unsolved: whether a plan that is not solved is replayed, too; in open loop only, for there are no gains for it.
         motion: the task of the plan, formulated; default: it is formulated.
         tell: is told what is being done.
@@ -116,7 +137,7 @@ def replay(
         PlanFileError: a plan that is not solved.
         TaskError: a file that its task names cannot be read any more.
         RobotError: a robot that MuJoCo cannot have.
-        OptionError: no such controller.
+        OptionError: no such controller, or something different that cannot be.
     """
     if not plan.status.solved and not unsolved:
         raise PlanFileError(
@@ -124,9 +145,15 @@ def replay(
         )
     say = tell or (lambda _: None)
     motion = formulate(task_of(plan), driven=False) if motion is None else motion
-    sliding = sliding_contacts(plan)
-    scene = mujoco_scene(motion, sliding=sliding)
-    runs, left_out = [], []
+    if different is not None and EVENT_DRIVEN in controllers:
+        raise OptionError(f"found {EVENT_DRIVEN} with something different from the plan, expected a run in MuJoCo")
+    if replanning is not None and REPLAN not in controllers:
+        raise OptionError(
+            f"found a period, real time or a goal for {', '.join(controllers)}, expected {REPLAN} among the controllers"
+        )
+    given, moved = different or Perturbation(), replanning.goals if replanning else ()
+    runner = _Runner(plan, motion, sliding_contacts(plan), goal_at(moved, float("inf")))
+    scene, runs, left_out = runner.scene(given), [], []
     for name in controllers:
         say(f"replaying {plan.name} with {name}")
         if name == EVENT_DRIVEN:
@@ -134,15 +161,17 @@ def replay(
             runs.append(ReplayRun(name, record, Deviation(scene, plan, record)))
             continue
         try:
-            make = controller_of(name, plan, motion)
+            make = controller_of(name, plan, motion, replanning=replanning)
         except PlanFileError as error:
             if not unsolved:
                 raise
             left_out.append(f"{name} is left out: {error}")
             continue
-        record = run(scene, plan, make())
-        perturbed = _perturbed(plan, motion, sliding, make, say) if perturb else ()
-        runs.append(ReplayRun(name, record, Deviation(scene, plan, record), perturbed))
+        controller = make()
+        record, deviation = runner.run(scene, controller, given)
+        replanned = Replanned.of(controller) if name == REPLAN else None
+        perturbed = runner.perturbed(make, given, say) if perturb else ()
+        runs.append(ReplayRun(name, record, deviation, perturbed, given, replanned))
     return Replay(plan, scene, runs, left_out)
 
 
@@ -152,21 +181,37 @@ def _integrated(plan: Plan, motion: MotionProblem) -> RunRecord:
     return integrated(plan, motion.robot)
 
 
-def _perturbed(
-    plan: Plan, motion: MotionProblem, sliding: Sequence[str], make: MakeController, say: Tell
-) -> list[PerturbedRun]:
-    result, cases = [], perturbations(motion.robot)
-    for number, case in enumerate(cases):
-        say(f"run {number + 1} of {len(cases)}: {case.what}")
-        result.append(_perturbed_run(plan, motion, sliding, make, case))
-    return result
+@dataclass(frozen=True)
+class _Runner:
+    """Runs of a plan, each in a scene of its own.
 
+    Args:
+        plan, motion: the plan, and its task.
+        sliding: contacts that slide nearly all of the time.
+        goal: values of the goal that are others at the end of a run.
+    """
 
-def _perturbed_run(
-    plan: Plan, motion: MotionProblem, sliding: Sequence[str], make: MakeController, case: Perturbation
-) -> PerturbedRun:
-    scene = mujoco_scene(motion, mass=case.mass, friction=case.friction, sliding=sliding)
-    record = run(scene, plan, make(), hold=HOLD, disturbance=case.disturbance)
-    found = Deviation(scene, plan, record)
-    end = max((each.end for each in found.bodies.values()), default=None)
-    return PerturbedRun(case.what, found.finished, end)
+    plan: Plan
+    motion: MotionProblem
+    sliding: Sequence[str]
+    goal: Mapping[str, float]
+
+    def scene(self, given: Perturbation) -> MujocoScene:
+        """Return the scene of runs that differ from the plan."""
+        return mujoco_scene(self.motion, mass=given.mass, friction=given.friction, sliding=self.sliding)
+
+    def run(self, scene: MujocoScene, controller: Controller, given: Perturbation) -> tuple[RunRecord, Deviation]:
+        """Return a run, and its deviation from the plan."""
+        record = run(scene, self.plan, controller, hold=HOLD, disturbance=given.disturbance)
+        return record, Deviation(scene, self.plan, record, self.goal)
+
+    def perturbed(self, make: MakeController, given: Perturbation, say: Tell) -> list[PerturbedRun]:
+        """Return twenty runs that differ from the plan."""
+        result, cases = [], perturbations(self.motion.robot)
+        for number, case in enumerate(cases):
+            say(f"run {number + 1} of {len(cases)}: {case.what}")
+            both = case.beside(given)
+            _, found = self.run(self.scene(both), make(), both)
+            end = max((each.end for each in found.bodies.values()), default=None)
+            result.append(PerturbedRun(case.what, found.finished, end))
+        return result

@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
+import numpy as np
+
 from fesd_robot.in_mujoco.controllers import RUNS
+from fesd_robot.in_mujoco.driving import Push
 from fesd_robot.in_mujoco.measures import APART, TURNED, TouchdownError
+from fesd_robot.in_mujoco.perturbed import Perturbation
+from fesd_robot.in_mujoco.replanned import Replanned
 from fesd_robot.in_mujoco.replays import Replay, ReplayRun
 
 
@@ -26,9 +31,11 @@ def report(replay: Replay, picture: str | None = None) -> str:
         "",
         *table(replay.runs),
         "",
+        *_different(replay.runs),
         *([f"![Distance from the plan over time]({picture})", ""] if picture else []),
         *_touchdowns(replay.runs),
         *_perturbed(replay.runs),
+        *_replanning(replay.runs),
         *_notes([*replay.left_out, *scene.notes]),
         f"A run has finished if it ends with every body within {100 * APART:g} cm and {TURNED:g} rad of its place in "
         "the plan; of a robot that cannot travel, every joint. Errors of joints are of those behind the bodies' own.",
@@ -66,6 +73,50 @@ def landings_in_words(touchdowns: Sequence[TouchdownError]) -> str:
     words = [f"{min(came):+.1f} … {max(came):+.1f}"] if came else []
     words += [f"{missing} missing"] if missing else []
     return ", ".join(words) or "–"
+
+
+def pushes_in_words(pushes: Sequence[Push]) -> list[str]:
+    """Return every push in words, in the order of time."""
+    return [
+        f"pushed by {np.linalg.norm(each.velocity):.3g} m/s at {each.time:.4g} s"
+        for each in sorted(pushes, key=lambda each: each.time)
+    ]
+
+
+def replanning_in_words(replanned: Replanned) -> str:
+    """Return how long updates of a run took, and how many of them became the policy."""
+    entry = replanned.entry()
+    (feedback, most), (prepare, longest) = (
+        [1e3 * entry[key][part] for part in ("median", "percentile_99")]
+        for key in ("feedback_seconds", "prepare_seconds")
+    )
+    return (
+        f"{100 * entry['status'].get('kept', 0.0):.3g} % of {entry['updates']} updates kept the sequence, feedback "
+        f"{feedback:.2g} ms (99 %: {most:.2g} ms), prepared in {prepare:.2g} ms (99 %: {longest:.2g} ms)"
+    )
+
+
+def _different(runs: Sequence[ReplayRun]) -> list[str]:
+    """Return what was different from the plan, as one sentence."""
+    given = runs[0].different if runs else Perturbation()
+    factors = {"masses": given.mass, "friction": given.friction}
+    words = [f"{name} {100 * (factor - 1):+.3g} %" for name, factor in factors.items() if factor != 1.0]
+    words += pushes_in_words(given.disturbance.pushes)
+    return [f"Different from the plan: {'; '.join(words)}.", ""] if words else []
+
+
+def _replanning(runs: Sequence[ReplayRun]) -> list[str]:
+    lines = []
+    for told in (each.replanned for each in runs if each.replanned):
+        clock = "a policy counted once the time had passed that it took" if told.real_time else "the simulator waited"
+        goals = [f" From {one.time:.4g} s on the goal of {one.name} was {one.value:.4g}." for one in told.goals]
+        lines += [
+            "## Replanning",
+            "",
+            f"Every {1e3 * told.period:.3g} ms, {clock}: {replanning_in_words(told)}.{''.join(goals)}",
+            "",
+        ]
+    return lines
 
 
 def _thousandths(value: float | None) -> str:

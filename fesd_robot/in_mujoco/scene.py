@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from fesd_robot.contact import ContactMode
-from fesd_robot.errors import RobotError
+from fesd_robot.errors import OptionError, RobotError
 from fesd_robot.in_mujoco.bodies import add_bodies
 from fesd_robot.in_mujoco.contacts import Contacts
 from fesd_robot.in_mujoco.coordinates import Coordinates
@@ -112,8 +112,12 @@ def mujoco_scene(
         shapes: whether the robot has the shapes by which it is seen, beside those that touch.
 
     Raises:
+        OptionError: a factor that is not positive.
         RobotError: a robot that MuJoCo cannot have; the message has its words and the file.
     """
+    for name, factor in (("mass", mass), ("friction", friction)):
+        if not 0.0 < factor < np.inf:
+            raise OptionError(f"{name}: found the factor {factor:g}, expected a number greater than 0")
     bounces = any(restitution_of(motion.task, name) for name in motion.scene.geometries)
     time_step = BOUNCING_TIME_STEP if bounces else TIME_STEP
     spec = mujoco.MjSpec()

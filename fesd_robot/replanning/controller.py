@@ -2,28 +2,39 @@
 
 from __future__ import annotations
 
+import time as clock
+from collections.abc import Sequence
+
 import numpy as np
 
 from fesd_robot.instants import SAME_EVENT
+from fesd_robot.replanning.goals import MovedGoal, goal_at
 from fesd_robot.replanning.policy import Policy
-from fesd_robot.replanning.replanner import Replanner
+from fesd_robot.replanning.replanner import Replanner, Update
 
 
 class ReplanningController:
     """Gives a replanner a measurement every period, and follows its last policy in between.
 
     Args:
-        replanner: of the plan.
-        real_time: whether a policy counts only once the time has passed that its computation took; else the world
-            waits for it.
+        replanner: of the plan; it begins again at the start.
+        real_time: whether a policy counts only once the time has passed that its computation took, and the next one is
+            asked for only once all is prepared for it; else the world waits.
+        goals: values of the goal that are others from a time on.
     """
 
-    def __init__(self, replanner: Replanner, *, real_time: bool = False) -> None:
-        self.replanner, self._real_time = replanner, real_time
+    def __init__(self, replanner: Replanner, *, real_time: bool = False, goals: Sequence[MovedGoal] = ()) -> None:
+        self.replanner, self.real_time, self.goals = replanner, real_time, tuple(goals)
         replanner.reset()
+        self._first_update = len(replanner.statistics.updates)
         self._next = 0.0
         self._policy: Policy | None = None
         self._coming: tuple[float, Policy] | None = None
+
+    @property
+    def updates(self) -> Sequence[Update]:
+        """Those that this controller has asked for."""
+        return self.replanner.statistics.updates[self._first_update :]
 
     def action(self, time: float, configuration: np.ndarray, velocity: np.ndarray, contacts: np.ndarray) -> np.ndarray:
         """Return the controls, N or N m, (n_u).
@@ -36,14 +47,23 @@ class ReplanningController:
         if self._coming and time >= self._coming[0] - SAME_EVENT:
             self._policy, self._coming = self._coming[1], None
         if time >= self._next - SAME_EVENT and self._coming is None:
-            policy = self.replanner.update(time, configuration, velocity, contacts)
-            spent = self.replanner.statistics.updates[-1].feedback_seconds if self._real_time else 0.0
-            self.replanner.search(wait=not self._real_time)
+            policy = self._updated(time, configuration, velocity, contacts)
+            spent = self.replanner.statistics.updates[-1].feedback_seconds
+            begin = clock.perf_counter()
+            self.replanner.search(wait=not self.real_time)
             self.replanner.prepare()
+            ready = time + spent + clock.perf_counter() - begin
             self._next = time + self.replanner.period
-            if self._policy is None or not self._real_time:
+            if self.real_time:
+                self._next = max(self._next, ready)
+            if self._policy is None or not self.real_time:
                 self._policy = policy
             else:
                 self._coming = time + spent, policy
         assert self._policy is not None
         return self._policy.action(time, configuration, velocity, contacts)
+
+    def _updated(self, time: float, q: np.ndarray, v: np.ndarray, contacts: np.ndarray) -> Policy:
+        if not self.goals:
+            return self.replanner.update(time, q, v, contacts)
+        return self.replanner.update(time, q, v, contacts, goal=goal_at(self.goals, time) or None)
