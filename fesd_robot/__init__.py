@@ -16,8 +16,9 @@ finds when contact happens, and returns the motion in physical time with forces,
     # hopper_one_jump
 
 Tasks: `load_task` -> `Task`, `explain`, `draw_task`. Planning: `plan` -> `Plan`. Files: `write_plan`, `read_plan`,
-`export_plan`, `render_plan`, `report`. Following a plan: `tracking_gains`, `Tracker`. Simulating: `simulate`, of a
-task, a plan, or a system. Every error that a user can meet is a `FesdRobotError`, and its message says what to change.
+`export_plan`, `render_plan`, `report`. Following a plan: `tracking_gains`, `Tracker`; planning again on the way:
+`Replanner`. Simulating: `simulate`, of a task, a plan, or a system. Every error that a user can meet is a
+`FesdRobotError`, and its message says what to change.
 
 Four rooms are a library without robots: `dcs` (nonsmooth systems and their complementarity form), `fesd`
 (discretisation with switch detection, `simulate`), `mpcc` (mathematical programs with complementarity constraints) and
@@ -46,6 +47,7 @@ __all__ = [
     "OutOfTime",
     "Plan",
     "PlanFileError",
+    "Replanner",
     "RobotError",
     "SimulationError",
     "SolverError",
@@ -91,6 +93,7 @@ if TYPE_CHECKING:
     from fesd_robot.native import CompilationError, NotCompiledYet
     from fesd_robot.planning import plan
     from fesd_robot.plans import Plan, read_plan, report, write_plan
+    from fesd_robot.replanning import Replanner
     from fesd_robot.running import OutOfTime
     from fesd_robot.simulation import simulate
     from fesd_robot.task import Task, load_task
@@ -122,6 +125,7 @@ else:
             "fesd_robot.native": ["CompilationError", "NotCompiledYet"],
             "fesd_robot.planning": ["plan"],
             "fesd_robot.plans": ["Plan", "read_plan", "report", "write_plan"],
+            "fesd_robot.replanning": ["Replanner"],
             "fesd_robot.running": ["OutOfTime"],
             "fesd_robot.simulation": ["simulate"],
             "fesd_robot.task": ["Task", "load_task"],

@@ -64,11 +64,14 @@ BELOW: dict[str, set[str]] = {
         "complementarity", "fesd", "mpcc", "native", "nlp", "ocp", "phases", "plans", "refinement", "replay", "running",
         "starts", "task", "tracking",
     },
-    "in_mujoco": {"contact", "ocp", "plans", "render", "robot", "simulation", "task", "tracking"},
+    "replanning": {
+        "contact", "fesd", "mpcc", "nlp", "ocp", "plans", "recovery", "starts", "tracking",
+    },
+    "in_mujoco": {"contact", "ocp", "plans", "render", "replanning", "robot", "simulation", "task", "tracking"},
     "actions": {"explanation", "fesd", "ocp", "phases", "plans", "recovery", "render", "robot", "task", "tracking"},
     "cli": {
         "actions", "examples", "explanation", "first_task", "in_mujoco", "mpcc", "ocp", "planning", "plans", "render",
-        "robot", "running", "simulation", "task",
+        "replanning", "robot", "running", "simulation", "task",
     },
 }  # fmt: skip
 """Room, or module beside the rooms -> what it may use, besides `GROUND_FLOOR`, from below it."""

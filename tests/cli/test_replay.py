@@ -80,6 +80,23 @@ def test_one_controller_perturbed(folder: Path, tmp_path: Path) -> None:
     assert status == 0
 
 
+def test_a_closed_loop(folder: Path, tmp_path: Path) -> None:
+    """`--closed-loop` is the controller that plans again; pushes, masses and friction reach all controllers."""
+    given = ("--push", "0.05:0.05,0", "--push", "0.3:0,0.01,0", "--mass", "1.02", "--friction", "0.9")
+    status, _, err = invoked("replay", folder, "--closed-loop", *given, "--out", tmp_path)
+    assert status == 2 and "push: found 0.01 m/s along y" in err
+    options = ("--controller", "open-loop", "--closed-loop", "--controller", "replan", *given[:2], *given[4:])
+    _, out, _ = invoked("replay", folder, *options, "--period", "0.02", "--real-time", "--out", tmp_path)
+    entries = json.loads((tmp_path / "replay.json").read_text(encoding="utf-8"))
+    assert [each["controller"] for each in entries] == ["open-loop", "replan"]
+    for each in entries:
+        assert (each["mass"], each["friction"], each["pushes"][0]["velocity"]) == (1.02, 0.9, [0.05, 0.0, 0.0])
+    told = entries[1]["replanning"]
+    assert told["period"] == 0.02 and told["real_time"] and told["updates"] <= 50
+    assert "updates kept the sequence, feedback " in out
+    assert "masses +2 %; friction -10 %; pushed by 0.05 m/s" in (tmp_path / "replay.md").read_text(encoding="utf-8")
+
+
 def test_no_display(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a display, and for a video of another kind, one sentence says so; the rest is written."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
@@ -112,13 +129,41 @@ def test_an_unsolved_plan(folder: Path, tmp_path: Path) -> None:
     [
         (
             ["--controller", "lqg"],
-            "found controller 'lqg', expected one of open-loop, pd, lqr, event-driven (did you mean 'lqr'?)",
+            "found controller 'lqg', expected one of open-loop, pd, lqr, replan, event-driven (did you mean 'lqr'?)",
         ),
         (["--out", "{file}"], "{file}: cannot be written to (File exists)"),
+        (
+            ["--push", "0.3"],
+            "--push: found '0.3', expected TIME:VX,VZ or TIME:VX,VY,VZ in s and m/s, as 0.3:0.2,0",
+        ),
+        (
+            ["--push", "0.3s:0.2,0"],
+            "--push: found '0.3s' in '0.3s:0.2,0', expected a number without unit, in SI units and radians: TIME:VX,VZ "
+            "or TIME:VX,VY,VZ in s and m/s, as 0.3:0.2,0",
+        ),
+        (["--push", "2:0.2,0"], "push: found one at 2 s, expected a time before the run ends, 1 s"),
+        (["--friction", "-1"], "friction: found the factor -1, expected a number greater than 0"),
+        (
+            ["--closed-loop", "--goal", "root_x=1.1"],
+            "--goal: found 'root_x=1.1', expected TIME:NAME=VALUE in s and m or rad, as 0.3:root_x=1.1",
+        ),
+        (
+            ["--closed-loop", "--goal", "0.3:left_hip=1.1"],
+            "goal: found 'left_hip', expected a configuration coordinate of the task's goal (valid: leg, root_pitch, "
+            "root_x, root_z)",
+        ),
+        (
+            ["--controller", "lqr", "--real-time"],
+            "found a period, real time or a goal for lqr, expected replan among the controllers",
+        ),
+        (
+            ["--controller", "event-driven", "--mass", "1.1"],
+            "found event-driven with something different from the plan, expected a run in MuJoCo",
+        ),
     ],
 )
 def test_bad_input(folder: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
-    """One sentence for a controller that there is not, and for a folder that is a file."""
+    """One sentence for a controller that there is not, a folder that is a file, and what cannot be different."""
     file = tmp_path / "file"
     file.write_text("", encoding="utf-8")
     code, _, err = invoked("replay", folder, "--quiet", *(each.format(file=file) for each in arguments))
