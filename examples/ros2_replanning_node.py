@@ -6,7 +6,8 @@
 It listens to ``joint_states``, ``odom`` (twists in the frame of the body, as Odometry says) and ``contacts`` (an entry
 a contact, in the order of the task, 1 where it touches), and once it is started publishes efforts on
 ``effort_controller/commands`` every millisecond, in the order of the plan's controls. With ``-p trajectory:=true`` it
-publishes every new motion on ``joint_trajectory_controller/joint_trajectory`` instead.
+publishes every new motion on ``joint_trajectory_controller/joint_trajectory`` instead, with ``-p effort:=true`` also
+the efforts, which that controller refuses where it commands none.
 """
 
 from __future__ import annotations
@@ -105,7 +106,8 @@ class ReplanningNode(Node):
         plan = read_plan(self.declare_parameter("plan", "").value)
         period = self.declare_parameter("period", 0.01).value
         self.sends_trajectories = self.declare_parameter("trajectory", False).value
-        self.replanner, self.end = Replanner(plan, period=period), float(plan.trajectory.time[-1])
+        self.sends_efforts = self.declare_parameter("effort", False).value
+        self.replanner, self.end = Replanner(plan, period=period, search=False), float(plan.trajectory.time[-1])
         self.joints: JointState | None = None
         self.odometry: Odometry | None = None
         self.contacts: np.ndarray | None = None
@@ -126,10 +128,13 @@ class ReplanningNode(Node):
 
     def begin(self, request: Any, response: Any) -> Any:
         """Let the plan begin now."""
-        response.success = self.joints is not None
-        response.message = "" if response.success else "found no joint_states yet, expected them before the start"
-        if response.success:
-            self.start = self.now()
+        response.success, response.message = self.joints is not None, "found no joint_states, expected them first"
+        if self.joints is not None:
+            try:
+                state_of(self.replanner.motion, self.joints, self.odometry)
+                self.start, response.message = self.now(), "begins"
+            except KeyError as missing:
+                response.success, response.message = False, f"found no {missing}, expected it in joint_states or odom"
         return response
 
     def now(self) -> float:
@@ -169,6 +174,7 @@ class ReplanningNode(Node):
         for when, *values in zip(fields.times, fields.positions, fields.velocities, fields.efforts, strict=True):
             seconds, rest = divmod(round(when * 1e9), 1_000_000_000)
             places, speeds, forces = (each.tolist() for each in values)
+            forces = forces if self.sends_efforts else []
             after = Duration(sec=seconds, nanosec=rest)
             point = JointTrajectoryPoint(positions=places, velocities=speeds, effort=forces, time_from_start=after)
             message.points.append(point)

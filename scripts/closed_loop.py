@@ -68,7 +68,7 @@ class Loop:
     def of(cls, plan: Plan) -> Loop:
         """Return what runs of a plan have in common."""
         motion = formulate(task_of(plan), driven=False)
-        return cls(plan, motion, Replanner(plan), motion.in_space)
+        return cls(plan, motion, Replanner(plan, search=False), motion.in_space)
 
     @property
     def duration(self) -> float:

@@ -83,13 +83,15 @@ def controller_of(
 
 def _replanning(plan: Plan, motion: MotionProblem, hold: float, wanted: Replanning) -> MakeController:
     from fesd_robot.replanning import Replanner, ReplanningController  # the rooms that solve load slowly
+    from fesd_robot.replanning.replanner import PERIOD
 
     if wanted.period is not None and not wanted.period >= hold - ROUNDED:
         raise OptionError(
             f"period: found {wanted.period:g} s, expected a time of at least {hold:g} s, for which controls hold"
         )
     _check_goals(plan, motion, wanted.goals)
-    replanner = Replanner(plan) if wanted.period is None else Replanner(plan, period=wanted.period)
+    period = PERIOD if wanted.period is None else wanted.period
+    replanner = Replanner(plan, period=period, search=False)  # a run ends with the plan
     return lambda: ReplanningController(replanner, real_time=wanted.real_time, goals=wanted.goals)
 
 

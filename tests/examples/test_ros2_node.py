@@ -166,7 +166,10 @@ def test_the_node_drives_the_jump(node: Any, jump: Plan) -> None:
         callback()
     assert node.sent["effort_controller/commands"] == []
     answer = node.listens["~/start"](None, Message())
-    assert not answer.success and answer.message.startswith("found no joint_states")
+    assert not answer.success and answer.message == "found no joint_states, expected them first"
+    node.listens["joint_states"](Message(name=["leg"], position=[0.5], velocity=[0.0]))
+    answer = node.listens["~/start"](None, Message())
+    assert not answer.success and answer.message == "found no 'x', expected it in joint_states or odom"
     scene = mujoco_scene(formulate(task_of(jump), driven=False))
     assert Deviation(scene, jump, run(scene, jump, Driven(node))).finished
 
@@ -189,4 +192,6 @@ def test_a_joint_trajectory(node: Any, example: Any, jump: Plan) -> None:
     assert (first_point.time_from_start.sec, first_point.time_from_start.nanosec) == (0, 0)
     seconds = last.time_from_start.sec + 1e-9 * last.time_from_start.nanosec
     assert seconds == pytest.approx(jump.trajectory.time[-1] - 0.25 + 1e-3)
-    assert last.velocities == [0.0] * 4
+    assert last.velocities == [0.0] * 4 and last.effort == []
+    node.sends_efforts = True
+    assert len(node.message(policy, 0.25).points[0].effort) == 4

@@ -72,6 +72,15 @@ def test_the_jump_arrives(found: Replay) -> None:
     assert all(each.deviation.finished for each in found.runs)
 
 
+def test_a_goal_that_moves(jump: Plan, motion: MotionProblem) -> None:
+    """Before its last push-off the jump takes a goal 10 cm further; what follows the plan ends there short of it."""
+    wanted = Replanning(goals=(MovedGoal(0.05, "root_x", 1.1),))
+    lqr, replanned = replay(jump, ["lqr", "replan"], replanning=wanted, motion=motion).runs
+    assert not lqr.deviation.finished and replanned.deviation.finished
+    assert replanned.entry()["base_end"] < 0.25 * lqr.entry()["base_end"]
+    assert replanned.entry()["replanning"]["goals"] == [{"time": 0.05, "name": "root_x", "value": 1.1}]
+
+
 def test_a_push_is_a_change_of_velocity(jump: Plan, scene: MujocoScene) -> None:
     """In flight the centre of mass moves faster by so much; twice as heavy a robot, too."""
     push = Push(0.05, (0.2, 0.0, -0.1))

@@ -38,6 +38,9 @@ class Replans:
     def prepare(self) -> None:
         self._clock.seconds += self._prepare
 
+    def search(self, *, wait: bool) -> bool:
+        return False
+
     def update(self, time: float, q: Any, v: Any, contacts: Any, goal: Any = None) -> Any:
         number = len(self.asked)
         self.asked.append((round(time, 6), goal))
