@@ -1,9 +1,11 @@
-"""What scripts share which plan many tasks and write a page: arguments, rows so far, and the program that made them."""
+"""What scripts share which plan many tasks and write a page: arguments, rows so far, what made them, and where."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
+import platform
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -87,3 +89,12 @@ def program_of(task: str, planned_at: str | None = None) -> str:
     revision, differs = (planned_at or "HEAD").removesuffix("-dirty"), git("status", "--porcelain")
     commit = git("log", "-1", "--format=%h", revision)
     return commit + ("+" if differs else "") if commit else "not known"
+
+
+def machine() -> str:
+    """Return the processor's name and the number of its cores."""
+    name = platform.machine()
+    with contextlib.suppress(OSError, StopIteration):
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+        name = next(line.split(":")[1].strip() for line in text.splitlines() if line.startswith("model name"))
+    return f"{name}, {os.cpu_count()} cores"

@@ -31,6 +31,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from arguments import machine
 
 OMEGA = 2 * np.pi
 STEPS = 34
@@ -318,15 +319,6 @@ def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
         "| " + " | ".join([c[0].ljust(widths[0]), *(t.rjust(w) for t, w in zip(c[1:], widths[1:], strict=True))]) + " |"
         for c in lines
     )
-
-
-def machine() -> str:
-    """Return the processor's name and the number of its cores."""
-    name = platform.machine()
-    with contextlib.suppress(OSError, StopIteration):
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-        name = next(line.split(":")[1].strip() for line in text.splitlines() if line.startswith("model name"))
-    return f"{name}, {os.cpu_count()} cores"
 
 
 def page(settings: Sequence[Setting], spans: Sequence[tuple[float, float]], arguments: argparse.Namespace) -> str:

@@ -10,20 +10,16 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import platform
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from arguments import PROGRAM_IS, program_of
-from replay_table import plans_in
+from arguments import PROGRAM_IS, machine, program_of
 
-from fesd_robot import Plan
+from fesd_robot import Plan, read_plan
 from fesd_robot.contact import ContactMode
 from fesd_robot.in_mujoco import (
     Controller,
@@ -35,15 +31,15 @@ from fesd_robot.in_mujoco import (
     sliding_contacts,
 )
 from fesd_robot.ocp import MotionProblem, formulate
-from fesd_robot.plans import task_of
+from fesd_robot.plans import TrackingGains, task_of
 from fesd_robot.replanning import Replanner, ReplanningController, Statistics, Update
 from fesd_robot.replanning.replanner import EXACT
-from fesd_robot.tracking import Tracker
+from fesd_robot.tracking import Tracker, tracking_gains
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "results" / "closed-loop.md"
 
-PLANNED_AGAIN = 0.9
-"""Of the duration; pushes come before."""
+LATEST = 0.9
+"""Share of the duration of a plan in which robots are pushed."""
 
 LQR, REPLAN = "lqr", "replan"
 
@@ -54,21 +50,21 @@ class Loop:
 
     Attributes:
         plan: what is followed.
-        motion: its task, without motors as MuJoCo's scenes need it.
+        motion: its task, as MuJoCo's scenes need it.
+        gains: of the LQR.
         replanner: of the plan.
-        in_space: whether the robot moves in space.
     """
 
     plan: Plan
     motion: MotionProblem
+    gains: TrackingGains
     replanner: Replanner
-    in_space: bool
 
     @classmethod
     def of(cls, plan: Plan) -> Loop:
         """Return what runs of a plan have in common."""
         motion = formulate(task_of(plan), driven=False)
-        return cls(plan, motion, Replanner(plan, search=False), motion.in_space)
+        return cls(plan, motion, tracking_gains(plan, motion=motion), Replanner(plan, search=False))
 
     @property
     def duration(self) -> float:
@@ -82,7 +78,7 @@ When = Callable[[Loop, int, np.random.Generator], float]
 
 def any_time(loop: Loop, number: int, random: np.random.Generator) -> float:
     """Return a time within nine tenths of the plan."""
-    return float(random.uniform(0.0, PLANNED_AGAIN * loop.duration))
+    return float(random.uniform(0.0, LATEST * loop.duration))
 
 
 def around_take_off(loop: Loop, number: int, random: np.random.Generator) -> float:
@@ -151,13 +147,21 @@ ROWS = {
 """Name of a row -> what it is."""
 
 
+def plan_of(task: str, folders: Sequence[Path]) -> Plan | None:
+    """Return the plan of a task in some folders, or in those below them with its name; None if there is none."""
+    for folder in (each for one in folders for each in (one, one / task)):
+        if (folder / "plan.json").is_file() and (plan := read_plan(folder)).name == task:
+            return plan
+    return None
+
+
 def push_of(row: Row, loop: Loop, number: int) -> Push | None:
     """Return the push of a run: in a random direction, with the number of the run as seed."""
     if not row.push:
         return None
     random = np.random.default_rng(number)
     direction = random.standard_normal(3)
-    direction[1] *= loop.in_space
+    direction[1] *= loop.motion.in_space
     velocity = row.push * direction / np.linalg.norm(direction)
     return Push(round(row.when(loop, number, random), 3), velocity.round(6).tolist())
 
@@ -171,7 +175,8 @@ def measured(name: str, loop: Loop, most: int | None) -> dict[str, Any]:
         push = push_of(row, loop, number)
         disturbance = Disturbance(pushes=[push] if push else [])
         replanning = ReplanningController(loop.replanner)
-        controllers: dict[str, Controller] = {LQR: Tracker(loop.plan, motion=loop.motion), REPLAN: replanning}
+        follows = Tracker(loop.plan, loop.gains, motion=loop.motion)
+        controllers: dict[str, Controller] = {LQR: follows, REPLAN: replanning}
         found = {key: row.drive(loop, row, each, disturbance) for key, each in controllers.items()}
         updates += replanning.updates
         runs.append(
@@ -199,15 +204,6 @@ def measured(name: str, loop: Loop, most: int | None) -> dict[str, Any]:
         "program": program_of(row.task),
         "seconds": round(time.perf_counter() - begin, 1),
     }
-
-
-def machine() -> str:
-    """Return the processor's name and the number of its cores."""
-    name = platform.machine()
-    with suppress(OSError, StopIteration):
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-        name = next(line.split(":")[1].strip() for line in text.splitlines() if line.startswith("model name"))
-    return f"{name}, {os.cpu_count()} cores"
 
 
 def page(rows: Sequence[dict[str, Any]]) -> str:
@@ -249,7 +245,11 @@ def page(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def _ends(errors: Sequence[float]) -> str:
-    return f"{1e3 * np.median(errors):.3g} / {1e3 * max(errors):.3g}"
+    return f"{_short(1e3 * float(np.median(errors)))} / {_short(1e3 * max(errors))}"
+
+
+def _short(value: float) -> str:
+    return f"{value:.3g}" if value < 1e3 else f"{value:.0f}"
 
 
 def _pair(seconds: Sequence[float]) -> str:
@@ -267,14 +267,15 @@ def main() -> int:
     numbers = arguments.page.with_suffix(".json")
     kept = json.loads(numbers.read_text(encoding="utf-8")) if arguments.only and numbers.exists() else []
     rows = {row["row"]: row for row in kept}
-    plans = {plan.name: plan for plan in plans_in(arguments.plans)}
     loops: dict[str, Loop] = {}
     for name in arguments.only or ROWS:
         task = ROWS[name].task
-        if task not in plans:
-            parser.error(f"found no plan of {task} in {', '.join(map(str, arguments.plans))}, expected one")
-        loop = loops.get(task) or loops.setdefault(task, Loop.of(plans[task]))
-        rows[name] = measured(name, loop, arguments.runs)
+        if task not in loops:
+            plan = plan_of(task, arguments.plans)
+            if plan is None:
+                parser.error(f"found no plan of {task} in {', '.join(map(str, arguments.plans))}, expected one")
+            loops[task] = Loop.of(plan)
+        rows[name] = measured(name, loops[task], arguments.runs)
         ordered = [rows[each] for each in ROWS if each in rows]
         numbers.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
         arguments.page.write_text(page(ordered), encoding="utf-8")

@@ -6,7 +6,8 @@ import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from bench_step_nosnoc import machine, markdown
+from arguments import machine
+from bench_step_nosnoc import markdown
 
 from compare.outcome import TITLES, Outcome, Settings
 from compare.problems import PROBLEMS
