@@ -107,7 +107,7 @@ class ReplanningNode(Node):
         period = self.declare_parameter("period", 0.01).value
         self.sends_trajectories = self.declare_parameter("trajectory", False).value
         self.sends_efforts = self.declare_parameter("effort", False).value
-        self.replanner, self.end = Replanner(plan, period=period, search=False), float(plan.trajectory.time[-1])
+        self.replanner, self.end = Replanner(plan, period=period), float(plan.trajectory.time[-1])
         self.joints: JointState | None = None
         self.odometry: Odometry | None = None
         self.contacts: np.ndarray | None = None

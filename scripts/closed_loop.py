@@ -64,7 +64,7 @@ class Loop:
     def of(cls, plan: Plan) -> Loop:
         """Return what runs of a plan have in common."""
         motion = formulate(task_of(plan), driven=False)
-        return cls(plan, motion, tracking_gains(plan, motion=motion), Replanner(plan, search=False))
+        return cls(plan, motion, tracking_gains(plan, motion=motion), Replanner(plan))
 
     @property
     def duration(self) -> float:

@@ -91,7 +91,7 @@ def _replanning(plan: Plan, motion: MotionProblem, hold: float, wanted: Replanni
         )
     _check_goals(plan, motion, wanted.goals)
     period = PERIOD if wanted.period is None else wanted.period
-    replanner = Replanner(plan, period=period, search=False)  # a run ends with the plan
+    replanner = Replanner(plan, period=period)
     return lambda: ReplanningController(replanner, real_time=wanted.real_time, goals=wanted.goals)
 
 
