@@ -51,7 +51,7 @@ class ReplanningController:
             spent = self.replanner.statistics.updates[-1].feedback_seconds
             begin = clock.perf_counter()
             self.replanner.search(wait=not self.real_time)
-            self.replanner.prepare()
+            self.replanner.prepare(time + self._until_next(spent))
             ready = time + spent + clock.perf_counter() - begin
             self._next = time + self.replanner.period
             if self.real_time:
@@ -62,6 +62,11 @@ class ReplanningController:
                 self._coming = time + spent, policy
         assert self._policy is not None
         return self._policy.action(time, configuration, velocity, contacts)
+
+    def _until_next(self, spent: float) -> float:
+        """Return how long it takes until the next measurement, s; preparing is taken to last as long as it last did."""
+        period = self.replanner.period
+        return max(period, spent + self.updates[-1].prepare_seconds) if self.real_time else period
 
     def _updated(self, time: float, q: np.ndarray, v: np.ndarray, contacts: np.ndarray) -> Policy:
         if not self.goals:

@@ -36,6 +36,9 @@ ITERATIONS = 4
 SHIFTING = 2
 """Steps that follow the time, before the measurement, at most."""
 
+AWAY = 1.5
+"""Periods by which a measurement may be away from the time that was prepared for; else all is prepared anew."""
+
 MISSED = 1e-3
 """Violation of bounds of the rest of a plan above which its goal counts as missed."""
 
@@ -189,10 +192,16 @@ class Replanner:
         """Number of the phase that runs."""
         return self._phase
 
-    def prepare(self) -> None:
-        """Make ready for a measurement one period later: shift, linearise, factorise."""
+    def prepare(self, time: float | None = None) -> None:
+        """Make ready for the next measurement: shift, linearise, factorise.
+
+        Args:
+            time: of that measurement, s; default: a period after the last one.
+        """
         begin = clock.perf_counter()
-        if self._policy is not None:
+        if time is not None:
+            self._time = time - self._offset
+        elif self._policy is not None:
             self._time += self.period
         self._prepare_at(self._time)
         self._prepare_seconds = clock.perf_counter() - begin
@@ -231,7 +240,7 @@ class Replanner:
             self._aim(goal)
         if self._begins_next(own, touching):
             self._enter(self._phase + 1, own)
-        elif abs(own - self._time) > 0.5 * self.period or not self._ready:
+        elif abs(own - self._time) > AWAY * self.period or not self._ready:
             self._time = own
             self._prepare_at(own)
         policy, found = self._from(own, configuration, velocity)

@@ -31,11 +31,13 @@ class Replans:
         self._clock, self._feedback, self._prepare = clock, feedback, prepare
         self.statistics = SimpleNamespace(updates=[])
         self.asked: list[tuple[float, Any]] = []
+        self.prepared_for: list[float] = []
 
     def reset(self) -> None:
         self.statistics.updates.append(SimpleNamespace(feedback_seconds=9.0))  # of an earlier run
 
-    def prepare(self) -> None:
+    def prepare(self, time: float) -> None:
+        self.prepared_for.append(round(time, 6))
         self._clock.seconds += self._prepare
 
     def search(self, *, wait: bool) -> bool:
@@ -44,7 +46,8 @@ class Replans:
     def update(self, time: float, q: Any, v: Any, contacts: Any, goal: Any = None) -> Any:
         number = len(self.asked)
         self.asked.append((round(time, 6), goal))
-        self.statistics.updates.append(SimpleNamespace(feedback_seconds=self._feedback))
+        times = SimpleNamespace(feedback_seconds=self._feedback, prepare_seconds=self._prepare)
+        self.statistics.updates.append(times)
         return SimpleNamespace(action=lambda *_: np.array([float(number)]))
 
 
@@ -74,9 +77,10 @@ def test_in_real_time(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_in_real_time_and_too_slow(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where feedback and preparation take 15 ms, the next measurement is taken 15 ms later."""
+    """Where feedback and preparation take 15 ms, the next measurement is taken, and prepared for, 15 ms later."""
     replanner, _ = driven(monkeypatch, 0.005, 0.010, real_time=True)
     assert [time for time, _ in replanner.asked] == pytest.approx([0.0, 0.015, 0.03, 0.045])
+    assert replanner.prepared_for == pytest.approx([0.015, 0.03, 0.045, 0.06])
 
 
 def test_a_goal_that_moves(monkeypatch: pytest.MonkeyPatch) -> None:
