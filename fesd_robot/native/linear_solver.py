@@ -21,6 +21,8 @@ SOURCES = Path(__file__).parent / "kkt"
 FLAGS = ("-std=c++17", "-O3", "-DNDEBUG")
 RANK_DEFICIENT = 3
 """INFO(1) of MA27 for a matrix that is rank deficient."""
+FORGOTTEN = -7
+"""INFO(1) of a matrix whose analysis was given up, since more systems than the library keeps have come after it."""
 STOP_EARLY = 29
 """Place in ICNTL that MA27 leaves free."""
 
@@ -41,6 +43,9 @@ class KktSystem:
         self._column = np.ascontiguousarray(np.asarray(column) + 1, dtype=np.int32)
         self._keep, self._ticket = np.zeros(3 * max(order, 1), np.int32), np.zeros(16, np.int32)
         self._info, self._values = np.zeros(20, np.int32), np.zeros(self.entries)
+        self._analyse()
+
+    def _analyse(self) -> None:
         steps, operations = ctypes.c_int(0), ctypes.c_double(0)
         self._library.ma27ad_(
             *self._pattern(), None, None, _at(self._keep), None, ctypes.byref(steps), None, None, None,
@@ -55,6 +60,13 @@ class KktSystem:
             stop_early: as IPOPT has it: once a system was solved that had one negative eigenvalue for each constraint,
                 a factorization ends where it finds too many, and the number is the smallest too large one.
         """
+        if self._factorize(values, threshold, stop_early) == FORGOTTEN:
+            self._analyse()
+            self._factorize(values, threshold, stop_early)
+        rank = self._info[1] if self._info[0] == RANK_DEFICIENT else self.order
+        return int(rank), int(self._info[14])
+
+    def _factorize(self, values: np.ndarray, threshold: float, stop_early: bool) -> int:
         entries = self._values = np.array(values, dtype=float)
         control, front = np.array([threshold, 0, 0, 0, 0], dtype=float), ctypes.c_int(0)
         choices = np.zeros(30, np.int32)
@@ -63,8 +75,7 @@ class KktSystem:
             *self._pattern(), _at(entries), None, _at(self._ticket), None, _at(self._keep), None,
             ctypes.byref(front), None, _at(choices), _at(control), _at(self._info),
         )  # fmt: skip
-        rank = self._info[1] if self._info[0] == RANK_DEFICIENT else self.order
-        return int(rank), int(self._info[14])
+        return int(self._info[0])
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Return A^-1 b, one solution without refinement, (n)."""

@@ -196,6 +196,11 @@ class RealTimeInteriorPoint:
         chosen = np.searchsorted(self._rows, rows)
         self._target[chosen] = self._own_target[chosen] + amount
 
+    @property
+    def bounded_rows(self) -> np.ndarray:
+        """Numbers of the rows that have multipliers among all rows, (m)."""
+        return self._rows
+
     def columns_of_rows(self) -> tuple[np.ndarray, np.ndarray]:
         """Return numbers of rows and of the variables on which they depend, pair by pair."""
         return self._rows[self._jacobian_rows], self._jacobian_columns
@@ -222,6 +227,20 @@ class RealTimeInteriorPoint:
         of_x = np.where(self.fixed, 0.0, pull[: self.size] - self._gradient)
         lam = self._solve(np.concatenate([of_x, of_rows]))[self.size :]
         return replace(at, lam=lam)
+
+    def renumbering(self, variables: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers of what takes the place of multipliers of rows, (m), and of bounds, (b); -1 for nothing.
+
+        Args:
+            variables: of every variable, (n), the one that takes its place; -1 where none does.
+            rows: of every row of the program, likewise.
+        """
+        place = np.full(self._all_rows + 1, -1)
+        place[self._rows] = np.arange(self._m)
+        of_rows = place[rows[self._rows]]
+        unequal = np.full(self._m + 1, -1)
+        unequal[self._unequal] = self.size + np.arange(len(self._unequal))
+        return of_rows, self._bounds.renumbering(np.concatenate([variables, unequal[of_rows[self._unequal]]]))
 
     def violation(self, x: np.ndarray) -> tuple[float, float]:
         """Return the largest violation of equality rows at a point, and that of bounds."""
@@ -429,6 +448,13 @@ class _Bounds:
     def move(self, lower: np.ndarray, upper: np.ndarray) -> None:
         """Let the bounds have other values."""
         self._at = np.concatenate([lower[self._low], upper[self._high]])
+
+    def renumbering(self, values: np.ndarray) -> np.ndarray:
+        """Return the numbers of the bounds that take their places, (b), by those of values; -1 where none does."""
+        found = np.full((2, self._count + 1), -1)
+        upper = (self.signs < 0).astype(int)
+        found[upper, self.places] = np.arange(len(self.places))
+        return found[upper, values[self.places]]
 
     def inside(self, values: np.ndarray) -> np.ndarray:
         """Return how far values are inside of their bounds, (b)."""

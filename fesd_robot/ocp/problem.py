@@ -21,6 +21,10 @@ START_DRIFT = 1e-6
 """m; how far apart the true and the integrated gap of a contact may be at the start of a motion that repeats."""
 
 
+PERIOD = "period"
+"""Name of the constraint that lets the end be the start, one stride further."""
+
+
 class OcpNumbers(TypedDict):
     """The numbers of an optimal control problem, see there."""
 
@@ -169,7 +173,7 @@ def _period(parts: ProblemParts) -> TrajectoryConstraint:
     rows = ca.vertcat(end[:n] - image - ca.DM(stride), gaps)
     width = np.concatenate([np.zeros(n), np.full(rows.numel() - n, START_DRIFT)])
     return TrajectoryConstraint(
-        "period",
+        PERIOD,
         "boundary",
         ca.vertcat(start, end),
         (0,),

@@ -55,13 +55,24 @@ class ReferenceSpline:
         values = near[:, 1]
         slopes = (near[:, 2] - near[:, 0]) / (times[:, 2] - times[:, 0])[:, None]
         pieces = np.moveaxis(CubicHermiteSpline(knots, values, slopes).c[2::-1], 0, 1)
-        missing = max(WINDOW - len(pieces), 0)
-        still = np.zeros((missing, *pieces.shape[1:]))
+        return cls.of_pieces(names, knots, values[:-1], pieces, values[-1])
+
+    @classmethod
+    def of_pieces(
+        cls, names: Sequence[str], knots: np.ndarray, starts: np.ndarray, coefficients: np.ndarray, end: np.ndarray
+    ) -> ReferenceSpline:
+        """Return the spline of any number of pieces, which stands still behind them.
+
+        Args:
+            names, knots, starts, coefficients: as of the spline.
+            end: q at the last knot, (n_q).
+        """
+        missing = max(WINDOW - len(coefficients), 0)
         return cls(
             names,
             np.append(knots, knots[-1] + FAR_AWAY * np.arange(1, missing + 1)),
-            np.vstack([values[:-1], np.tile(values[-1], (missing, 1))]),
-            np.concatenate([pieces, still]),
+            np.vstack([starts, np.tile(end, (missing, 1))]),
+            np.concatenate([coefficients, np.zeros((missing, *coefficients.shape[1:]))]),
         )
 
     def window(self, time: float) -> int:

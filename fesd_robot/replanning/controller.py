@@ -16,6 +16,8 @@ from fesd_robot.replanning.replanner import Replanner, Update
 class ReplanningController:
     """Gives a replanner a measurement every period, and follows its last policy in between.
 
+    A contact that touches and bounces off again between two measurements has landed.
+
     Args:
         replanner: of the plan; it begins again at the start.
         real_time: whether a policy counts only once the time has passed that its computation took, and the next one is
@@ -29,6 +31,7 @@ class ReplanningController:
         self._first_update = len(replanner.statistics.updates)
         self._next = 0.0
         self._policy: Policy | None = None
+        self._touching = self._landed = np.zeros(0, dtype=bool)
         self._coming: tuple[float, Policy] | None = None
 
     @property
@@ -44,10 +47,16 @@ class ReplanningController:
             configuration, velocity: q, (n_q), and v, (n_v), in Pinocchio's order.
             contacts: which contacts touch, (n_c) of bool.
         """
+        if not len(self._touching):
+            self._touching, self._landed = contacts.copy(), np.zeros(len(contacts), dtype=bool)
+        self._landed |= contacts & ~self._touching
+        self._touching = contacts.copy()
+        seen = contacts | self._landed
         if self._coming and time >= self._coming[0] - SAME_EVENT:
             self._policy, self._coming = self._coming[1], None
         if time >= self._next - SAME_EVENT and self._coming is None:
-            policy = self._updated(time, configuration, velocity, contacts)
+            policy = self._updated(time, configuration, velocity, seen)
+            self._landed[:] = False
             spent = self.replanner.statistics.updates[-1].feedback_seconds
             begin = clock.perf_counter()
             self.replanner.search(wait=not self.real_time)
@@ -61,7 +70,7 @@ class ReplanningController:
             else:
                 self._coming = time + spent, policy
         assert self._policy is not None
-        return self._policy.action(time, configuration, velocity, contacts)
+        return self._policy.action(time, configuration, velocity, seen)
 
     def _until_next(self, spent: float) -> float:
         """Return how long it takes until the next measurement, s; preparing is taken to last as long as it last did."""

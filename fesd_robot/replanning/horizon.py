@@ -58,6 +58,8 @@ class Horizon:
 
     Args:
         motion: of the whole plan, on a grid that moves.
+        beginnings: in how many of its phases, the first ones, it may begin; default: in all.
+        least: least barrier parameter, as a part of the largest one.
 
     Attributes:
         solver: of its branch NLP, whose goal gives way where it cannot be reached.
@@ -70,7 +72,7 @@ class Horizon:
         phase_nodes: numbers of the nodes at which phases begin, and of the last node, (P + 1).
     """
 
-    def __init__(self, motion: BranchMotion) -> None:
+    def __init__(self, motion: BranchMotion, beginnings: int | None = None, least: float = LEAST) -> None:
         self.motion, self._numbers_of = motion, motion.transcription.ocp
         own = motion.transcription
         nlp, numbers = _program(motion)
@@ -86,10 +88,10 @@ class Horizon:
         self._rows_at = self._rows_of_beginnings()
         self.duration = float(motion.w[self.node_clocks[-1]])
         self._end_row = self._row_of_the_end()
-        for phase in range(1, len(own.grid.phases)):
+        for phase in range(1, beginnings or len(own.grid.phases)):
             self.solver.analyse(*self._passed(self.running.first_of(phase))[:2])
         self.restrict(motion.w, 0)
-        self.settled = self._settled(np.clip(motion.w, numbers.lower, numbers.upper))
+        self.settled = self._settled(np.clip(motion.w, numbers.lower, numbers.upper), least)
 
     def with_numbers(self, ocp: OptimalControlProblem) -> None:
         """Let the solver have the numbers of another problem with the same equations: its goal, reference, weights."""
@@ -222,12 +224,14 @@ class Horizon:
         passed[run.controls[element]] = False
         return passed, *self._rows_at[element]
 
-    def _settled(self, x: np.ndarray) -> PrimalDual:
+    def _settled(self, x: np.ndarray, least: float) -> PrimalDual:
         """Return the solution, for a barrier and a strength of bounds that fit this plan."""
-        solver, iterate = self.solver, self._centred(self.solver.at(x))
-        largest = BARRIER * abs(solver.objective(x)) / max(len(iterate.z), 1)
-        self.barriers = max(LEAST * largest, LEAST_BARRIER), max(largest, LEAST_BARRIER)
-        solver.strength, solver.barrier = STRENGTH * float(iterate.z.max(initial=1.0)), self.barriers[0]
+        solver, start = self.solver, self.solver.at(x)
+        largest = BARRIER * abs(solver.objective(x)) / max(len(start.z), 1)
+        self.barriers = max(least * largest, LEAST_BARRIER), max(largest, LEAST_BARRIER)
+        solver.barrier = self.barriers[0]
+        iterate = self._centred(solver.at(x))
+        solver.strength = STRENGTH * float(iterate.z.max(initial=1.0))
         return self._centred(solver.at(iterate.x, iterate))
 
     def eased(self, *, further: bool) -> None:

@@ -45,7 +45,8 @@ class FeedbackGains:
         self._time, self._gain, self._ends = time, gain, ends
 
     def at(self, phase: int, share: float) -> np.ndarray:
-        """Return the gain in a phase of the plan, at a share of its duration, (n_u, 2 n_v)."""
+        """Return the gain in a phase of the plan, at a share of its duration, (n_u, 2 n_v); phases repeat behind it."""
+        phase %= len(self._ends) - 1
         begin, end = self._ends[phase], self._ends[phase + 1]
         time = begin + min(max(share, 0.0), 1.0 - SAME_TIME) * (end - begin)
         return self._gain[max(int(np.searchsorted(self._time, time, side="right")) - 1, 0)]
@@ -79,6 +80,7 @@ class Policy:
     _first_phase: int
     _gains: FeedbackGains
     _flown: np.ndarray
+    _patience: float
     _limits: tuple[np.ndarray, np.ndarray]
     _sizes: tuple[int, int]
     _model: pin.Model | None
@@ -144,7 +146,9 @@ class Policy:
         first = int((self._phases == self._first_phase).sum())
         touching = bool(np.asarray(contacts)[lands].all())
         landed = touching and (bool(self._flown[lands].all()) or time >= self._phase_ends[1] - LANDING)
-        return max(element, first) if landed else min(element, first - 1)
+        if landed or time >= self._phase_ends[1] + self._patience:
+            return max(element, first)
+        return min(element, first - 1)
 
     def _gain(self, element: int, time: float) -> np.ndarray:
         phase = int(self._phases[element])

@@ -16,6 +16,7 @@ from fesd_robot.replanning.another_plan import AnotherPlan, with_goal
 from fesd_robot.replanning.followed import Followed
 from fesd_robot.replanning.measured import MeasuredState
 from fesd_robot.replanning.policy import LANDING, ContactEvent, Policy, landing
+from fesd_robot.replanning.strides import STRIDES, Strides
 from fesd_robot.task import Task
 
 PERIOD = 0.01
@@ -26,6 +27,12 @@ LAST = 2e-3
 
 TOUCHING = 1e-4
 """m; a contact with a smaller gap touches."""
+
+NEAR = 2e-3
+"""m; in a gait a contact with a smaller gap touches once it is due: feet come down slowly, and may miss the ground."""
+
+PATIENCE = 2e-3
+"""s; how long a policy of a gait waits for a landing that is due."""
 
 EXACT = 1e-6
 """Violation of equations at which no further step is made."""
@@ -96,12 +103,16 @@ class Replanner:
     derivatives on the rest of the plan: `prepare` does all that does not need the measurement, `update` what is left.
     A phase begins when its contacts land, or when it is due.
 
+    Of a gait, a plan with a periodic goal, some strides are planned; whenever one has passed another one follows. Where
+    an update fails the gait itself goes on.
+
     Args:
         plan: exact, on a grid that follows the contacts (`method.grid: phases`).
         period: s between updates.
         iterations: steps of an update, at most; further ones are made while equations are violated by more than 1e-6.
         search: whether another plan is looked for in another process where the last phase of a plan cannot reach the
             goal; `search` follows it from the end of the running one on.
+        strides: of a gait that are planned; other plans have none.
         motion: its task, formulated; default: it is formulated.
 
     Attributes:
@@ -109,7 +120,7 @@ class Replanner:
 
     Raises:
         PlanFileError: a plan that is not solved, without its finite elements, of another grid, with impulses between
-            elements, or of a motion that repeats.
+            elements, or a gait that `Strides` does not know how to go on with.
         TaskError: the model of the robot cannot be read any more.
         OptionError: a period that is not positive.
 
@@ -124,12 +135,15 @@ class Replanner:
         period: float = PERIOD,
         iterations: int = ITERATIONS,
         search: bool = False,
+        strides: int = STRIDES,
         motion: MotionProblem | None = None,
     ) -> None:
         if not period > 0:
             raise OptionError(f"period: found {period!r} s, expected a number greater than 0")
         if iterations < 1:
             raise OptionError(f"iterations: found {iterations!r}, expected a number of at least 1")
+        if strides < 2:
+            raise OptionError(f"strides: found {strides!r}, expected a number of at least 2")
         self.motion = formulate(task_of(plan)) if motion is None else motion
         robot = self.motion.robot
         self._n_q, self._n_v = len(robot.configuration_names), len(robot.velocity_names)
@@ -140,7 +154,7 @@ class Replanner:
         self.statistics = Statistics()
         self._another: AnotherPlan | None = None
         self._changed = False
-        self._first = self._current = Followed(plan, self.motion)
+        self._first = self._current = Followed(plan, self.motion, strides)
         self.reset()
 
     def reset(self, plan: Plan | None = None, time: float = 0.0) -> None:
@@ -169,11 +183,11 @@ class Replanner:
 
     def _follow(self, followed: Followed, time: float) -> None:
         """Begin a plan at a time, s."""
-        self._current, self._offset = followed, time
+        self._current, self._offset, self._origin = followed, time, np.zeros(self._n_q)
         horizon = followed.horizon
         self._horizon, self._modes = horizon, followed.modes
         self._goal: dict[str, float] = {}
-        horizon.with_numbers(followed.motion.ocp)
+        horizon.with_numbers(horizon.motion.transcription.ocp)
         horizon.solver.barrier = horizon.barriers[0]
         self._point = self._start = horizon.settled
         self._stands = False
@@ -186,6 +200,11 @@ class Replanner:
     def policy(self) -> Policy | None:
         """The last policy, None before the first update."""
         return self._policy
+
+    @property
+    def strides(self) -> Strides | None:
+        """The strides of a gait, None of a plan with a goal."""
+        return self._current.strides
 
     @property
     def phase(self) -> int:
@@ -231,19 +250,21 @@ class Replanner:
                 f"found q of {len(configuration)} and v of {len(velocity)} entries, expected {self._n_q} and "
                 f"{self._n_v}"
             )
-        begin, own = clock.perf_counter(), time - self._offset
-        touching = self._measured.physics.gaps(configuration) < TOUCHING
+        begin = clock.perf_counter()
+        gaps = self._measured.physics.gaps(configuration)
+        touching = gaps < TOUCHING
         if contacts is not None:
             touching |= contacts
         self._flown |= ~touching
         if goal is not None and dict(goal) != self._goal:
             self._aim(goal)
-        if self._begins_next(own, touching):
-            self._enter(self._phase + 1, own)
-        elif abs(own - self._time) > AWAY * self.period or not self._ready:
+        while following := self._following(time - self._offset, touching, gaps < NEAR):
+            self._enter(following, time)
+        own = time - self._offset
+        if abs(own - self._time) > AWAY * self.period or not self._ready:
             self._time = own
             self._prepare_at(own)
-        policy, found = self._from(own, configuration, velocity)
+        policy, found = self._from(own, configuration - self._origin, velocity)
         self._policy = policy
         self._time, self._ready = own, False
         seconds = clock.perf_counter() - begin
@@ -306,7 +327,7 @@ class Replanner:
         found = Update(time, 0.0, 0.0, count, first, violation, beyond, status, reason)
         if reason:  # a result that came nearer is where the next update begins, once it is good it counts
             self._start = iterate if violation < first else self._point
-            return self._old(reason), found
+            return self._old(time, reason), found
         self._point = self._start = iterate
         if count == 1:
             horizon.eased(further=False)
@@ -325,28 +346,52 @@ class Replanner:
         motion = current.motion.with_numbers_of(task)
         self._another = AnotherPlan(motion, current.plan, end, self._motion_of)
 
-    def _old(self, reason: str) -> Policy:
+    def _old(self, time: float, reason: str) -> Policy:
+        if self._current.strides is not None:
+            self._point = self._start = self._horizon.settled
+            return self._policy_of(time, "old", reason)
         if self._policy is None:
             return self._policy_of(self._time, "old", reason)
         return replace(self._policy, status="old", reason=reason)
 
-    def _begins_next(self, time: float, touching: np.ndarray) -> bool:
-        """Return whether the next phase has begun: its contacts touch, or it is due and nothing lands in it."""
-        if self._phase + 1 == len(self._modes):
-            return False
-        end = self._horizon.phase_ends(self._point.x)[self._phase + 1]
-        lands = landing(self._modes[self._phase], self._modes[self._phase + 1])
-        if not lands:
-            return bool(time >= end - LAST)
-        if not touching[lands].all():
-            return False
-        return bool(self._flown[lands].all() or time >= end - LANDING)
+    def _following(self, time: float, touching: np.ndarray, near: np.ndarray) -> int | None:
+        """Return a later phase that has begun: its contacts have landed, or it is due and nothing lands before.
+
+        A landing may come early, but of contacts that were never seen off not in the first half of a short flight. In a
+        gait it is also over where it is due and its contacts are near, or where it is long overdue.
+        """
+        ends, modes = self._horizon.phase_ends(self._point.x), self._modes
+        for phase in range(self._phase + 1, len(modes)):
+            lands = landing(modes[phase - 1], modes[phase])
+            if not lands:
+                if time >= ends[phase] - LAST:
+                    return phase
+            elif not touching[lands].all():
+                late = time >= ends[phase] + LANDING or (near[lands].all() and time >= ends[phase] - LAST)
+                return phase if late and self._current.strides is not None else None
+            elif phase == self._phase + 1 and self._flown[lands].all():
+                return phase
+            else:
+                flight = ends[phase] - max(ends[self._takeoff(phase - 1, i)] for i in lands)
+                return phase if time >= ends[phase] - min(LANDING, 0.5 * flight) else None
+        return None
+
+    def _takeoff(self, phase: int, contact: int) -> int:
+        """Return the phase in which the flight begins that a contact is in, in some phase."""
+        while phase > 0 and self._modes[phase - 1][contact] is ContactMode.FLIGHT:
+            phase -= 1
+        return phase
 
     def _enter(self, phase: int, time: float) -> None:
-        """Go on with the next phase."""
-        self._phase, self._begun, self._time = phase, time, time
+        """Go on with a later phase; behind the first stride of a gait it is one of the next horizon."""
+        strides = self._current.strides
+        if strides is not None and phase >= strides.phases:
+            phase -= strides.phases
+            self._point = self._start = strides.shifted(self._start)
+            self._offset += strides.duration
+            self._origin = self._origin + strides.advance
+        self._phase, self._begun, self._ready = phase, time - self._offset, False
         self._flown = np.zeros(len(self._modes[0]), dtype=bool)
-        self._prepare_at(time)
 
     def _prepare_at(self, time: float) -> None:
         horizon, x = self._horizon, self._start.x
@@ -383,6 +428,8 @@ class Replanner:
         left, states = x[run.left[first:]], x[run.states[first:]]
         n_x, ticks = self._n_q + self._n_v, self._horizon.clock
         offset = self._offset
+        values = np.concatenate([left[:, None, :n_x], states[..., :n_x]], axis=1)
+        values[..., : self._n_q] += self._origin
         phase_ends = offset + self._horizon.phase_ends(x)[self._phase :]
         phase_ends[0] = offset + self._begun
         modes = tuple(self._modes[self._phase :])
@@ -402,13 +449,14 @@ class Replanner:
             offset + states[:, -1, ticks],
             run.phases[first:],
             self._horizon.nodes,
-            np.concatenate([left[:, None, :n_x], states[..., :n_x]], axis=1),
+            values,
             x[run.controls[first:]][:, : len(self._limits[0])],
             modes,
             phase_ends,
             self._phase,
             self._current.gains,
             self._flown.copy(),
+            np.inf if self._current.strides is None else PATIENCE,
             self._limits,
             (self._n_q, self._n_v),
             self._model,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
@@ -21,6 +21,9 @@ Kind = Literal["lqr", "pd", "open-loop"]
 PERIOD = 2e-3
 """Longest step between two gains, s."""
 
+REPETITIONS, SAME_COST_TO_GO = 100, 1e-9
+"""Of a gait, at most, until its cost to go repeats, and the relative difference up to which it does."""
+
 STIFFNESS, DAMPING = 0.5, 0.03
 """Of a proportional and derivative controller: rad or m of departure at which a motor gives all it can, and the time,
 s, by which its damping follows from its stiffness."""
@@ -33,6 +36,7 @@ def tracking_gains(
     *,
     period: float = PERIOD,
     motion: MotionProblem | None = None,
+    goes_on: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> TrackingGains:
     """Return the gains of a time-varying linear-quadratic regulator along a plan.
 
@@ -48,6 +52,7 @@ def tracking_gains(
         weights: Q, R and T; default: `TrackingWeights()`.
         period: longest step h, s.
         motion: the task of the plan, formulated; default: it is formulated.
+        goes_on: of a gait, P where it goes on, at its end, from P at its beginning; both are then one cost to go.
 
     Raises:
         PlanFileError: a plan that is not solved or has no finite elements.
@@ -60,10 +65,15 @@ def tracking_gains(
     state, control = weights.of_state(motion), weights.of_control(motion)
     pieces, dynamics = list(pieces_of(plan, motion, period)), ModeDynamics(motion)
     cost = np.diag(state * weights.end)
-    gains: list[np.ndarray] = []
-    for piece in reversed(pieces):
-        cost, own = _backwards(piece, dynamics, state, control, cost)
-        gains.append(own)
+    for _ in range(1 if goes_on is None else REPETITIONS):
+        gains, end = list[np.ndarray](), cost
+        for piece in reversed(pieces):
+            cost, own = _backwards(piece, dynamics, state, control, cost)
+            gains.append(own)
+        if goes_on is not None:
+            cost = goes_on(cost)
+            if np.abs(cost - end).max() <= SAME_COST_TO_GO * np.abs(cost).max():
+                break
     return _gains(plan, motion, "lqr", pieces, gains[::-1])
 
 
