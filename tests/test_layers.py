@@ -65,8 +65,8 @@ BELOW: dict[str, set[str]] = {
         "starts", "task", "tracking",
     },
     "replanning": {
-        "contact", "fesd", "mpcc", "nlp", "ocp", "planning", "plans", "recovery", "running", "starts", "task",
-        "tracking",
+        "complementarity", "contact", "fesd", "mpcc", "nlp", "ocp", "planning", "plans", "recovery", "running",
+        "starts", "task", "tracking",
     },
     "in_mujoco": {"contact", "ocp", "plans", "render", "replanning", "robot", "simulation", "task", "tracking"},
     "actions": {"explanation", "fesd", "ocp", "phases", "plans", "recovery", "render", "robot", "task", "tracking"},
