@@ -130,7 +130,9 @@ def write_motion(file: Path, drawn: Sequence[np.ndarray]) -> None:
     some = Image.fromarray(np.vstack(drawn[:: max(1, len(drawn) // 4)]))
     palette = Image.new("P", (1, 1))
     halves = (Image.Quantize.MEDIANCUT, Image.Quantize.MAXCOVERAGE)
-    palette.putpalette([level for half in halves for level in some.quantize(COLOURS, half).getpalette()[: 3 * COLOURS]])
+    palette.putpalette(
+        [level for half in halves for level in (some.quantize(COLOURS, half).getpalette() or [])[: 3 * COLOURS]]
+    )
     first, *others = [Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn]
     shown = [1000 * FRAME_SECONDS] * len(others) + [1000 * LAST_FRAME_SECONDS]
     first.save(file, save_all=True, append_images=others, duration=shown, loop=0, optimize=True)
