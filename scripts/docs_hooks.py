@@ -20,6 +20,9 @@ PAGE = "task-reference.md"
 _MATRIX = re.compile(r"\[(-?[\d.]+(?: +-?[\d.]+)+)\]")
 """A row of numbers as numpy prints it."""
 
+_TASK_FILE = re.compile(r"\]\(\.\./((?:\.\./)*)tasks/")
+"""A link from a page to a task file of the repository, which is one folder nearer in the site."""
+
 _INTRODUCTION = """# All keys of a task
 
 Made from the schema that checks task files; `fesd-robot schema` prints it for editors. Units are SI units and radians.
@@ -43,7 +46,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
     Brackets of matrices are no references.
     """
-    return _MATRIX.sub(r"\\[\1\\]", markdown.replace("](../../tasks/", "](../tasks/"))
+    return _MATRIX.sub(r"\\[\1\\]", _TASK_FILE.sub("](\\1tasks/", markdown))
 
 
 def reference_page(schema: dict[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Plan every task in tasks/, and write a table, one picture a task and the list in the README.
+"""Plan every task in tasks/, and write a table, one picture a task and the list of tasks.
 
     scripts/gallery                                  # all tasks, one after the other
     scripts/gallery --jobs 2 --time-limit 300        # two at a time, at most 300 s each
@@ -50,7 +50,7 @@ from tests.render.browser import Browser, installed
 
 PAGE = ROOT / "docs" / "results" / "gallery.md"
 PICTURES = ROOT / "docs" / "images" / "gallery"
-README = ROOT / "README.md"
+TASK_LIST = ROOT / "docs" / "tasks.md"
 MARKS = ("<!-- tasks: written by scripts/gallery -->", "<!-- end of tasks -->")
 
 LONG_SECONDS = 30.0
@@ -239,21 +239,21 @@ def marked_long(text: str) -> set[str]:
     return set(re.findall(r"^\| \[(\w+)\].*\d long \|", text, flags=re.MULTILINE))
 
 
-def readme_list(all_entries: Sequence[Entry], columns: int = 3) -> str:
+def task_list(all_entries: Sequence[Entry], columns: int = 3) -> str:
     """Return the tasks as a table of cells: picture, name, purpose."""
     cells = []
     for entry in all_entries:
         picture = PICTURES / f"{entry.name}.png"
-        shown = f"![{entry.name}]({picture.relative_to(ROOT).as_posix()})<br>" if picture.is_file() else ""
-        cells.append(f"{shown}[`{entry.name}`](tasks/{entry.file.name}): {entry.purpose}")
+        shown = f"![{entry.name}]({picture.relative_to(TASK_LIST.parent).as_posix()})<br>" if picture.is_file() else ""
+        cells.append(f"{shown}[`{entry.name}`](../tasks/{entry.file.name}): {entry.purpose}")
     cells += [""] * (-len(cells) % columns)
     rows = [cells[first : first + columns] for first in range(0, len(cells), columns)]
     return "\n".join([f"|{' |' * columns}", f"|{' --- |' * columns}", *(f"| {' | '.join(cells)} |" for cells in rows)])
 
 
-def with_list(readme: str, table: str) -> str:
-    """Return the README with the table between its marks."""
-    before, after = readme.split(MARKS[0])
+def with_list(text: str, table: str) -> str:
+    """Return the page of tasks with the table between its marks."""
+    before, after = text.split(MARKS[0])
     return f"{before}{MARKS[0]}\n{table}\n{MARKS[1]}{after.split(MARKS[1])[1]}"
 
 
@@ -340,7 +340,7 @@ def main(words: Sequence[str] | None = None) -> int:
     command = told(sys.argv[1:] if words is None else words)
     before = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
     PAGE.write_text(page(every, command, before), encoding="utf-8")
-    README.write_text(with_list(README.read_text(encoding="utf-8"), readme_list(every)), encoding="utf-8")
+    TASK_LIST.write_text(with_list(TASK_LIST.read_text(encoding="utf-8"), task_list(every)), encoding="utf-8")
     return 1 if any(codes) else 0
 
 

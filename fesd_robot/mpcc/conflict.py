@@ -1,4 +1,4 @@
-"""What stands against each other where no motion is feasible: the bounds that the least violation rests on."""
+"""Conflicting constraints where no motion is feasible: the bounds that the least violation rests on."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Conflict:
 
 
 def conflict_at(problem: Mpcc, bounds: BranchBounds, w: np.ndarray, seconds: float) -> Conflict | None:
-    """Return what stands against each other at w to first order; None if nothing does, or it is not found.
+    """Return the conflicting constraints at w to first order; None if there are none, or they are not found.
 
     min sum(s) over d and s >= 0 with g_lower - s <= g + J d <= g_upper + s, lower <= w + d <= upper, |d| <= trust: the
     Lagrange multipliers of the bounds on variables are the prices. Rows are divided by their largest derivative.

@@ -97,7 +97,7 @@ def plan(
     Returns:
         The cheapest solved plan of the attempts, else one that only misses the goal, else the first of all;
         `plan.status.solved` says whether it can be relied on, and `plan.statistics.attempts` what was tried. The
-        message of a plan that is not solved names what stands against each other, and a change of the task with which
+        message of a plan that is not solved names the conflicting constraints, and a change of the task with which
         it is solved, if one of `planning.suggestions` helps.
 
     Raises:
@@ -306,7 +306,7 @@ def _overlaps_of(solved: SolvedMotion, run: Run) -> list[str]:
 
 
 def _conflict(solved: SolvedMotion, run: Run) -> str:
-    """Return what stands against each other where a motion is not solved, as far as time is left to find it."""
+    """Return the conflicting constraints of a motion that is not solved, as far as time is left to find them."""
     if solved.solution.solved:
         return ""
     seconds = min(run.effort.conflict_seconds, 0.5 * run.deadline.left)

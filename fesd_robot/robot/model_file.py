@@ -81,7 +81,7 @@ class ModelFile:
         model: Pinocchio's model, with gravity, damping, armature, dry friction and limits.
         format: how the file is written.
         notes: what the equations of motion leave out, one sentence each.
-        warnings: what in the file is perhaps not meant, one sentence each.
+        warnings: likely mistakes in the file, one sentence each.
         composites: name of a composite joint -> names of the joints it is made of.
         springs: name of a joint -> its spring.
         drives: name of a motor that pushes several joints -> how.

@@ -50,7 +50,7 @@ class Robot:
         frame_names: names of all frames, each once.
         neutral: the configuration with every joint at zero, shape (nq,).
         notes: what the file says that the equations of motion leave out, one sentence each.
-        warnings: what in the file is perhaps not meant, one sentence each.
+        warnings: likely mistakes in the file, one sentence each.
         shapes: of all bodies; None where Pinocchio reads them from the file, when they are drawn.
         limit_notes: limits that are not those of their joint in the file, with where they are from.
         bodies: name -> the same for every free body beside it, which is a part of the model and of all names here, but

@@ -1,4 +1,4 @@
-"""The table of export formats: what the program, its help, the README and a folder of results derive from it."""
+"""The table of export formats: what the program, its help, its pages and a folder of results derive from it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fesd_robot.errors import TaskError
 from fesd_robot.plans import EXPORTS, Plan, PlanFileError, export
 from fesd_robot.plans.columns import CONTROL_CONVENTION, columns_of, control_interval
 
-README = Path(__file__).parents[2] / "README.md"
+COMMANDS = Path(__file__).parents[2] / "docs" / "commands.md"
 
 
 WITHOUT_MODEL = [name for name, each in EXPORTS.items() if not (each.model or each.gains)]
@@ -97,9 +97,9 @@ def test_which_controls_a_sample_has(plan: Plan, time: list[float], expected: li
     assert control_interval(at).tolist() == expected
 
 
-def test_the_readme_and_the_completion_name_every_format() -> None:
-    """The README lists the formats as they are, and so does the completion of a command line."""
-    (listed,) = re.findall(r"export PLAN --format ([\w|-]+)", README.read_text(encoding="utf-8"))
+def test_the_page_and_the_completion_name_every_format() -> None:
+    """The page of commands lists the formats as they are, and so does the completion of a command line."""
+    (listed,) = re.findall(r"export PLAN --format ([\w|-]+)", COMMANDS.read_text(encoding="utf-8"))
     assert listed.split("|") == format_names() == list(EXPORTS)
 
 

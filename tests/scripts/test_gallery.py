@@ -40,13 +40,13 @@ def pushed() -> Plan:
     return plan(load_task(ROOT / "tasks" / "block_push.yaml", ["method.compile=never"]))
 
 
-def test_the_readme_lists_every_task(gallery: ModuleType, tmp_path: Path) -> None:
-    """The README holds exactly the list that the script writes: every task, its purpose, its picture."""
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_list_has_every_task(gallery: ModuleType, tmp_path: Path) -> None:
+    """The page of tasks holds exactly the list that the script writes: every task, its purpose, its picture."""
+    text = gallery.TASK_LIST.read_text(encoding="utf-8")
     every = gallery.entries(tmp_path)
     assert [entry.name for entry in every] == TASKS
-    assert gallery.with_list(readme, gallery.readme_list(every)) == readme, "run scripts/gallery"
-    listed = re.findall(r"\]\((docs/images/gallery/\w+\.png)\)<br>\[`(\w+)`\]", readme)
+    assert gallery.with_list(text, gallery.task_list(every)) == text, "run scripts/gallery"
+    listed = re.findall(r"\]\((images/gallery/\w+\.png)\)<br>\[`(\w+)`\]", text)
     assert [name for _, name in listed] == TASKS, "a picture is missing, run scripts/gallery"
 
 
