@@ -47,6 +47,7 @@ class ReplanningController:
             configuration, velocity: q, (n_q), and v, (n_v), in Pinocchio's order.
             contacts: which contacts touch, (n_c) of bool.
         """
+        contacts = np.asarray(contacts, dtype=bool)
         if not len(self._touching):
             self._touching, self._landed = contacts.copy(), np.zeros(len(contacts), dtype=bool)
         self._landed |= contacts & ~self._touching
