@@ -1,0 +1,266 @@
+"""Processes that each make one plan after another, watched from outside: what goes wrong in one is an answer."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import faulthandler
+import logging
+import multiprocessing
+import os
+import pickle
+import signal
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import IO, Any
+
+import psutil
+
+from fesd_robot.errors import FesdRobotError
+from fesd_robot.sweeps.order import Answer, Limits, Order, Verdict, Work
+
+logger = logging.getLogger(__name__)
+
+PRELOADED = ("fesd_robot.sweeps.planned",)
+"""Modules that the process has imported from which workers are forked."""
+
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Variables of the environment by which numerical libraries of a worker keep to its core."""
+
+_GLANCE = 0.1
+"""s between two looks at the memory of a process."""
+
+_RESTED_MEGABYTES = 1500.0
+"""Memory at rest from which on a process makes place for a new one."""
+
+_PARENT_DEATH_SIGNAL = 1
+"""PR_SET_PDEATHSIG of prctl(2)."""
+
+_FIRST_TO_GO = "1000"
+"""oom_score_adj: of all processes, the system ends workers first where memory is short."""
+
+_STARTING = threading.Lock()
+
+
+class Worker:
+    """A process for one plan after another, which is replaced where it does not survive one.
+
+    Args:
+        work: what it does.
+    """
+
+    def __init__(self, work: Work) -> None:
+        self._work = work
+        self._process: Any = None
+        self._connection: Connection | None = None
+        self._said: IO[bytes] | None = None
+
+    def answer(self, order: Order, task: Path) -> Answer:
+        """Return what becomes of an order, whatever happens in its process.
+
+        Args:
+            order: what to plan.
+            task: the task file.
+        """
+        begin = time.monotonic()
+        try:
+            connection = self._started()
+            connection.send((order, task))
+        except OSError as error:
+            self.end()
+            return Answer(order.number, Verdict.CRASHED, message=f"its process could not be started: {error}")
+        most, verdict, message = self._watched(connection, order.limits, begin)
+        if verdict is None:
+            try:
+                answer, peak, at_rest = connection.recv()
+                if at_rest > _RESTED_MEGABYTES:
+                    self.end()
+                return _measured(answer, time.monotonic() - begin, peak or most)
+            except (EOFError, OSError, pickle.UnpicklingError):
+                verdict, message = Verdict.CRASHED, self._last_words()
+        self.end()
+        return Answer(order.number, verdict, message=message, seconds=time.monotonic() - begin, megabytes=most)
+
+    def end(self) -> None:
+        """End the process at once, whatever it does."""
+        process, self._process = self._process, None
+        if self._connection:
+            self._connection.close()
+            self._connection = None
+        if process is not None:
+            process.kill()
+            process.join(5.0)
+        if self._said:
+            self._said.close()
+            self._said = None
+
+    def _started(self) -> Connection:
+        """Return the connection to the process, a new one where there is none."""
+        if self._process is not None and self._process.is_alive() and self._connection:
+            return self._connection
+        self.end()
+        self._said = tempfile.TemporaryFile()
+        context = _context()
+        with _STARTING:  # what is inherited is that of one process
+            own, other = context.Pipe()
+            said = _inheritable(self._said)
+            self._process = context.Process(target=_serve, args=(other, said, self._work), name="plan")
+            self._process.start()
+            other.close()
+        self._connection = own
+        return own
+
+    def _watched(
+        self, connection: Connection, limits: Limits, begin: float
+    ) -> tuple[float | None, Verdict | None, str]:
+        """Wait for an answer; return the most memory seen, MB, and why none will come, None if one is there."""
+        most: float | None = None
+        watched = psutil.Process(self._process.pid) if psutil.pid_exists(self._process.pid) else None
+        killed_after = limits.killed_after
+        while True:
+            ready = wait([connection, self._process.sentinel], _GLANCE)
+            if connection in ready or (ready and connection.poll()):
+                return most, None, ""
+            if ready:
+                return most, Verdict.CRASHED, self._last_words()
+            if watched is not None:
+                with contextlib.suppress(psutil.Error):
+                    most = max(most or 0.0, watched.memory_info().rss / 1e6)
+            if limits.megabytes is not None and (most or 0.0) > limits.megabytes:
+                return most, Verdict.MEMORY, f"its process had {most:.0f} MB, more than {limits.megabytes:.0f} MB"
+            if killed_after is not None and time.monotonic() - begin > killed_after:
+                return most, Verdict.TIMEOUT, f"it did not end within its time limit of {limits.seconds:g} s"
+
+    def _last_words(self) -> str:
+        """Return how the process ended."""
+        self._process.join(5.0)
+        code, said = self._process.exitcode, b""
+        if self._said:
+            self._said.seek(0)
+            said = self._said.read()
+        words = next((line for line in said.decode(errors="replace").splitlines() if line.strip()), "")
+        if code is not None and code < 0:
+            name = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)
+            short = ", as where memory is short" if -code == signal.SIGKILL else ""
+            how = f"its process was ended by {name}{short}"
+        else:
+            how = f"its process ended with status {code}"
+        return f"{how}: {words.strip()}" if words else how
+
+
+def _measured(answer: Answer, seconds: float, megabytes: float | None) -> Answer:
+    from dataclasses import replace
+
+    return replace(answer, seconds=seconds, megabytes=megabytes)
+
+
+def _context() -> Any:
+    """Return how processes start: forked from one that has imported the program and does nothing else."""
+    process = multiprocessing.current_process()
+    if process.daemon:  # as of Dask; workers end with the process that they are forked from, which ends with this one
+        process._config["daemon"] = False  # type: ignore[attr-defined]
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    with _STARTING, _one_thread():
+        context.set_forkserver_preload(list(PRELOADED))
+        from multiprocessing import forkserver
+
+        forkserver.ensure_running()
+    return context
+
+
+@contextlib.contextmanager
+def _one_thread() -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update({name: "1" for name in ONE_THREAD if before[name] is None})
+    try:
+        yield
+    finally:
+        for name in (name for name, value in before.items() if value is None):
+            os.environ.pop(name, None)
+
+
+def _inheritable(file: IO[bytes]) -> Any:
+    """Return an open file as it is sent to another process."""
+    if sys.platform == "win32":
+        return None
+    from multiprocessing.reduction import DupFd
+
+    return _Sent(file.fileno(), DupFd)
+
+
+class _Sent:
+    """An open file that is on its way to another process."""
+
+    def __init__(self, number: int, duplicate: Any) -> None:
+        self._number, self._duplicate = number, duplicate
+
+    def __reduce__(self) -> Any:
+        return _received, (self._duplicate(self._number),)
+
+
+def _received(duplicate: Any) -> int:
+    return int(duplicate.detach())
+
+
+def _serve(connection: Connection, said: int | None, work: Work) -> None:
+    """Answer orders until none come."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGKILL)
+        with contextlib.suppress(OSError):
+            Path("/proc/self/oom_score_adj").write_text(_FIRST_TO_GO)
+    if said is not None:
+        os.dup2(said, 1)
+        os.dup2(said, 2)
+        sys.stdout = sys.stderr = open(2, "w", buffering=1, errors="replace", closefd=False)
+        faulthandler.enable()
+    while True:
+        try:
+            order, task = connection.recv()
+        except (EOFError, OSError):
+            return
+        if said is not None:
+            os.ftruncate(said, 0)
+            os.lseek(said, 0, os.SEEK_SET)
+        _reset_peak()
+        answer = _answered(work, order, task)
+        try:
+            connection.send((answer, _memory("VmHWM"), _memory("VmRSS") or 0.0))
+        except (EOFError, BrokenPipeError):
+            return
+        except Exception as error:
+            broken = Answer(order.number, Verdict.ERROR, message=f"its answer cannot be sent: {error}")
+            connection.send((broken, _memory("VmHWM"), 0.0))
+
+
+def _answered(work: Work, order: Order, task: Path) -> Answer:
+    try:
+        return work(order, task)
+    except FesdRobotError as error:
+        return Answer(order.number, Verdict.REFUSED, message=str(error))
+    except MemoryError as error:
+        return Answer(order.number, Verdict.MEMORY, message=f"no memory was left {error}".rstrip())
+    except Exception as error:
+        return Answer(order.number, Verdict.ERROR, message=f"{type(error).__name__}: {error}")
+
+
+def _reset_peak() -> None:
+    """Begin to measure the most memory of this process anew, where the system can."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")
+
+
+def _memory(entry: str) -> float | None:
+    """Return an entry of what Linux says about this process's memory, MB."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith(f"{entry}:"):
+                return int(line.split()[1]) / 1e3
+    return None
