@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import fesd_robot
@@ -34,35 +35,36 @@ def unchanged(content: TaskContent) -> TaskContent:
     return content
 
 
-def answered(work: Work, order: Order, content: TaskContent, version: str) -> Answer:
-    """Return the answer of a process of this worker's thread.
+def answered(work: Work, orders: Sequence[Order], content: TaskContent, version: str) -> list[Answer]:
+    """Return the answers of a process of this worker's thread.
 
     Args:
-        work, order, content: what to do.
+        work, orders, content: what to do.
         version: of the program that sends it.
     """
     if version != own_version():
-        return Answer(order.number, Verdict.REFUSED, message=other_version({"a worker": own_version()}, version))
+        message = other_version({"a worker": own_version()}, version)
+        return [Answer(order.number, Verdict.REFUSED, message=message) for order in orders]
     if not hasattr(_here, "worker") or _here.work is not work:
         if hasattr(_here, "worker"):
             _here.worker.end()
         _here.worker, _here.work = Worker(work), work
     with _unpacking:
         task = _unpacked.file(content)
-    answer: Answer = _here.worker.answer(order, task)
-    return answer
+    return [_here.worker.answer(order, task) for order in orders]
 
 
-def answer_of(number: int, future: Any) -> Answer:
-    """Return the answer of a future that is done, also where its workers died of it."""
+def answers_of(numbers: Sequence[int], future: Any) -> list[Answer]:
+    """Return the answers of a future that is done, also where its workers died of it."""
     try:
-        answer: Answer = future.result(timeout=SECONDS_TO_ANSWER)
-        return answer
+        answers: list[Answer] = future.result(timeout=SECONDS_TO_ANSWER)
+        return answers
     except BaseException as error:
         name = type(error).__name__
         lost = "Cancelled" in name or "Comm" in name
         verdict = Verdict.INTERRUPTED if lost else Verdict.CRASHED
-        return Answer(number, verdict, message=f"{name}: {' '.join(str(error).split())}"[:500])
+        message = f"{name}: {' '.join(str(error).split())}"[:500]
+        return [Answer(number, verdict, message=message) for number in numbers]
 
 
 def connected(scheduler: str | None, jobs: int) -> tuple[Any, Any]:

@@ -14,6 +14,13 @@ from fesd_robot.sweeps.order import Answer, Order, Work
 from fesd_robot.sweeps.workers import Worker
 
 
+SECONDS_OF_A_TASK, MOST_TOGETHER = 0.2, 50
+"""s for which a worker of a cluster is busy with one task at least, and most orders in it."""
+
+_LEARNING = 0.02
+"""Weight of a new row in the mean of their seconds."""
+
+
 class Executor(Protocol):
     """Makes plans, several at once."""
 
@@ -130,39 +137,41 @@ class DaskCluster:
         self._distributed, self._work = dask_workers, work
         self._content = self._client.submit(dask_workers.unchanged, content, key=f"task-{content.identity}")
         self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
-        self._futures: dict[int, object] = {}
-        self._token = os.urandom(4).hex()
+        self._waiting: list[Order] = []
+        self._running: dict[int, object] = {}
+        self._token, self._mean = os.urandom(4).hex(), SECONDS_OF_A_TASK
 
     @property
     def room(self) -> int:
         """How many more orders it takes just now: as many as work at once lie ready."""
-        return max(2 * self._distributed.threads(self._client) + 2 - len(self._futures), 0)
+        threads = self._distributed.threads(self._client)
+        return max((2 * threads + 2) * self._together - len(self._running), 0)
 
     @property
     def running(self) -> Sequence[int]:
         """Numbers of the orders that it has and has not answered."""
-        return list(self._futures)
+        return list(self._running)
+
+    @property
+    def _together(self) -> int:
+        """How many orders go to a worker at once: several where each takes less than what a task costs Dask."""
+        return max(1, min(MOST_TOGETHER, round(SECONDS_OF_A_TASK / max(self._mean, 1e-6))))
 
     def submit(self, order: Order) -> None:
         """Take an order."""
-        future = self._client.submit(
-            self._distributed.answered,
-            self._work,
-            order,
-            self._content,
-            self._distributed.own_version(),
-            key=f"row-{order.number}-{self._token}",
-            pure=False,
-        )
-        self._futures[order.number] = future
-        future.add_done_callback(lambda done: self._done(order.number, done))
+        self._running[order.number] = None
+        self._waiting.append(order)
+        if len(self._waiting) >= self._together:
+            self._send()
 
     def answers(self, seconds: float) -> list[Answer]:
         """Return what has been answered, after waiting for the first answer for some seconds at most."""
+        self._send()
         found = drained(self._answers, seconds)
         for answer in found:
-            self._futures.pop(answer.number, None)
-        if not found and self._futures and self._client.status not in ("running", "connecting"):
+            self._running.pop(answer.number, None)
+            self._mean += _LEARNING * (answer.seconds - self._mean)
+        if not found and self._running and self._client.status not in ("running", "connecting"):
             raise SweepError("the scheduler is gone, expected one that runs; --resume goes on where this stopped")
         return found
 
@@ -170,5 +179,23 @@ class DaskCluster:
         """Leave the cluster; one on this machine ends."""
         self._distributed.left(self._client, self._cluster)
 
-    def _done(self, number: int, future: object) -> None:
-        self._answers.put(self._distributed.answer_of(number, future))
+    def _send(self) -> None:
+        orders, self._waiting = self._waiting, []
+        if not orders:
+            return
+        numbers = [order.number for order in orders]
+        future = self._client.submit(
+            self._distributed.answered,
+            self._work,
+            orders,
+            self._content,
+            self._distributed.own_version(),
+            key=f"row-{numbers[0]}-{self._token}",
+            pure=False,
+        )
+        self._running.update(dict.fromkeys(numbers, future))
+        future.add_done_callback(lambda done: self._done(numbers, done))
+
+    def _done(self, numbers: Sequence[int], future: object) -> None:
+        for answer in self._distributed.answers_of(numbers, future):
+            self._answers.put(answer)

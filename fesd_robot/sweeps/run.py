@@ -287,7 +287,7 @@ class _Driver:
         begin = time.monotonic()
         try:
             self._folder.journal.to_parquet()
-            write_sweep_page(self._folder)
+            write_sweep_page(self._folder, self._settings.against)
         except OSError as error:
             logger.warning("%s: table or page cannot be written (%s)", self._folder.folder, error.strerror)
         taken = time.monotonic() - begin
