@@ -89,7 +89,7 @@ def swept(
     _check(loaded, rows, settings)
     content, ends = _first_task(loaded, rows)
     columns = Columns({key: type_of(rows.values(key)) for key in rows.keys}, ends)
-    told = loaded.model_dump(mode="json", exclude_unset=True)
+    told = loaded.model_dump(mode="json", exclude_unset=True, exclude={"name"})
     identity = _hash(content.identity, told, fesd_robot.__version__)
     record = SweepRecord(loaded.name or "sweep", identity, fesd_robot.__version__, len(rows), columns, told)
     folder = SweepFolder(out, record)

@@ -127,15 +127,12 @@ class Journal:
         """Yield the rows of the table, without a last line that is cut off."""
         if not self.file.is_file():
             return
-        with self.file.open(encoding="utf-8", newline="") as stream:
-            header = stream.readline()
-            if not header.endswith("\n"):
-                return
-            if next(csv.reader([header]), []) != self.columns.names:
-                raise SweepError(f"{self.file}: found other columns than those of this sweep")
-            for line in stream:
-                if line.endswith("\n"):
-                    yield self.columns.read(next(csv.reader([line])))
+        with self.file.open("rb") as stream:
+            lines = (next(csv.reader([line.decode()])) for line in stream if line.endswith(b"\n"))
+            header = next(lines, None)
+            if header is not None and header != self.columns.names:
+                raise SweepError(f"{self.file}: found other columns than those of this sweep, expected its table")
+            yield from map(self.columns.read, lines)
 
     def rewritten(self, change: Callable[[dict[str, Any]], dict[str, Any] | None]) -> None:
         """Put another table in the place of this one, whole at any time.

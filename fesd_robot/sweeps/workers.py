@@ -35,6 +35,9 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _GLANCE = 0.1
 """s between two looks at the memory of a process."""
 
+_TO_START = 120.0
+"""s that a process may take to begin, in which the first one imports the program."""
+
 _RESTED_MEGABYTES = 1500.0
 """Memory at rest from which on a process makes place for a new one."""
 
@@ -67,13 +70,13 @@ class Worker:
             order: what to plan.
             task: the task file.
         """
-        begin = time.monotonic()
         try:
             connection = self._started()
+            begin = time.monotonic()
             connection.send((order, task))
-        except OSError as error:
+        except (OSError, EOFError) as error:
             self.end()
-            return Answer(order.number, Verdict.CRASHED, message=f"its process could not be started: {error}")
+            return Answer(order.number, Verdict.CRASHED, message=f"its process could not be started: {error!r}")
         most, verdict, message = self._watched(connection, order.limits, begin)
         if verdict is None:
             try:
@@ -113,6 +116,9 @@ class Worker:
             self._process.start()
             other.close()
         self._connection = own
+        if not wait([own, self._process.sentinel], _TO_START) or not own.poll():
+            raise OSError(f"it does not begin within {_TO_START:g} s")
+        own.recv()
         return own
 
     def _watched(
@@ -221,6 +227,7 @@ def _serve(connection: Connection, said: int | None, work: Work) -> None:
         os.dup2(said, 2)
         sys.stdout = sys.stderr = open(2, "w", buffering=1, errors="replace", closefd=False)
         faulthandler.enable()
+    connection.send(None)
     while True:
         try:
             order, task = connection.recv()
