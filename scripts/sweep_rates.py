@@ -3,8 +3,8 @@
     python scripts/sweep_rates.py                    # 10000 rows by processes, then by a Dask cluster of two workers
     python scripts/sweep_rates.py --rows 1000 --executor dask
 
-The table goes to docs/results/sweep-rates.md. Exit code 1 if Dask does fewer than 200 rows a second, or the memory grows
-by more than 20 MB between a fifth of the rows and all of them.
+The table goes to docs/results/sweep-rates.md. Exit code 1 if Dask does fewer than 200 rows a second, or the memory
+grows by more than 20 MB between a fifth of the rows and all of them.
 """
 
 from __future__ import annotations

@@ -71,6 +71,15 @@ def sweep(  # noqa: PLR0913, each is an option of the command
             show_default=False,
         ),
     ] = None,
+    dataset: Annotated[
+        float | None,
+        typer.Option(
+            "--dataset",
+            metavar="HZ",
+            help="Also write states and controls of solved plans at this rate, in LeRobot's columns.",
+            show_default=False,
+        ),
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="More than a million rows are meant.")] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -85,7 +94,7 @@ def sweep(  # noqa: PLR0913, each is an option of the command
     terminated = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         with progress:
-            from fesd_robot.sweeps import SweepSettings, load_sweep, swept
+            from fesd_robot.sweeps import SweepSettings, load_sweep, swept, write_dataset
             from fesd_robot.sweeps.planned import planned
 
             loaded = load_sweep(sweep)
@@ -102,6 +111,8 @@ def sweep(  # noqa: PLR0913, each is an option of the command
                 against=against,
             )
             table = swept(loaded, folder, settings, planned, progress.told)
+            if dataset is not None:
+                write_dataset(table, dataset)
     except KeyboardInterrupt:
         typer.echo("interrupted; --resume goes on where this stopped", err=True)
         raise typer.Exit(ExitCode.INTERRUPTED) from None

@@ -20,9 +20,11 @@ __all__ = [
     "read_sweep",
     "sweep",
     "swept",
+    "write_dataset",
 ]
 
 if TYPE_CHECKING:
+    from fesd_robot.sweeps.dataset import write_dataset
     from fesd_robot.sweeps.folder import read_sweep
     from fesd_robot.sweeps.order import Answer, Limits, Order, Verdict
     from fesd_robot.sweeps.rows import Rows
@@ -35,6 +37,7 @@ else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
+            "fesd_robot.sweeps.dataset": ["write_dataset"],
             "fesd_robot.sweeps.folder": ["read_sweep"],
             "fesd_robot.sweeps.order": ["Answer", "Limits", "Order", "Verdict"],
             "fesd_robot.sweeps.rows": ["Rows"],

@@ -41,10 +41,10 @@ class Comparison:
         changes = self.changes
         return [
             ("rows in common", str(len(own)), str(len(other))),
-            ("solved", *(_share(rows) for rows in (own, other))),
-            ("median iterations", *(_median(rows, "iterations") for rows in (own, other))),
-            ("median seconds", *(_median(rows, "seconds") for rows in (own, other))),
-            ("total seconds", *(f"{sum(row['seconds'] or 0.0 for row in rows):.0f}" for rows in (own, other))),
+            ("solved", _share(own), _share(other)),
+            ("median iterations", _median(own, "iterations"), _median(other, "iterations")),
+            ("median seconds", _median(own, "seconds"), _median(other, "seconds")),
+            ("total seconds", _sum(own), _sum(other)),
             ("cheaper", str(int((changes < -SAME_COST).sum())), str(int((changes > SAME_COST).sum()))),
             ("median cost above the other's", f"{100 * np.median(changes):.2g} %" if len(changes) else "–", ""),
             ("largest cost above the other's", f"{100 * changes.max():.2g} %" if len(changes) else "–", ""),
@@ -77,6 +77,10 @@ def comparison(rows: Iterable[_Row], others: Iterable[_Row], inputs: Sequence[st
 def _share(rows: Sequence[_Row]) -> str:
     solved = sum(row["verdict"] == Verdict.SOLVED for row in rows)
     return f"{solved} ({100 * solved / max(len(rows), 1):.0f} %)"
+
+
+def _sum(rows: Sequence[_Row]) -> str:
+    return f"{sum(row['seconds'] or 0.0 for row in rows):.0f}"
 
 
 def _median(rows: Sequence[_Row], name: str) -> str:

@@ -12,7 +12,7 @@ import fesd_robot
 from fesd_robot.errors import SweepError
 from fesd_robot.sweeps.content import TaskContent, Unpacked
 from fesd_robot.sweeps.order import Answer, Order, Verdict, Work
-from fesd_robot.sweeps.workers import Worker
+from fesd_robot.sweeps.planners import Planner
 
 SECONDS_TO_ANSWER = 10.0
 """For a scheduler, and for its first worker."""
@@ -48,7 +48,7 @@ def answered(work: Work, orders: Sequence[Order], content: TaskContent, version:
     if not hasattr(_here, "worker") or _here.work is not work:
         if hasattr(_here, "worker"):
             _here.worker.end()
-        _here.worker, _here.work = Worker(work), work
+        _here.worker, _here.work = Planner(work), work
     with _unpacking:
         task = _unpacked.file(content)
     return [_here.worker.answer(order, task) for order in orders]

@@ -11,8 +11,7 @@ from typing import Protocol
 from fesd_robot.errors import SweepError
 from fesd_robot.sweeps.content import TaskContent, Unpacked
 from fesd_robot.sweeps.order import Answer, Order, Work
-from fesd_robot.sweeps.workers import Worker
-
+from fesd_robot.sweeps.planners import Planner
 
 SECONDS_OF_A_TASK, MOST_TOGETHER = 0.2, 50
 """s for which a worker of a cluster is busy with one task at least, and most orders in it."""
@@ -59,7 +58,7 @@ class LocalProcesses:
     def __init__(self, work: Work, content: TaskContent, jobs: int) -> None:
         self._unpacked = Unpacked()
         self._task = self._unpacked.file(content)
-        self._workers = [Worker(work) for _ in range(jobs)]
+        self._workers = [Planner(work) for _ in range(jobs)]
         self._orders: queue.SimpleQueue[Order | None] = queue.SimpleQueue()
         self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
         self._running: dict[int, Order] = {}
@@ -98,7 +97,7 @@ class LocalProcesses:
             worker.end()
         self._unpacked.end()
 
-    def _answer(self, worker: Worker) -> None:
+    def _answer(self, worker: Planner) -> None:
         orders = self._orders
         while (order := orders.get()) is not None:
             if orders is not self._orders:

@@ -18,7 +18,7 @@ from fesd_robot.writing import write_atomically
 
 SWEEP_FILE, SWEEP_PAGE, PLANS_FOLDER = "sweep.json", "sweep.html", "plans"
 
-FILES = (SWEEP_FILE, ROWS_FILE, PARQUET_FILE, SWEEP_PAGE, PLANS_FOLDER)
+FILES = (SWEEP_FILE, ROWS_FILE, PARQUET_FILE, SWEEP_PAGE, PLANS_FOLDER, "dataset")
 """What a sweep leaves."""
 
 _TYPES = {"float": float, "bool": bool, "str": str, "object": object, "int": int}

@@ -61,6 +61,24 @@ class Limits:
         return None if self.seconds is None else self.seconds + max(2.0, 0.1 * self.seconds)
 
 
+UNLIMITED = Limits()
+
+
+@dataclass(frozen=True)
+class Start:
+    """The plan of a row from which another one begins.
+
+    Args:
+        number: of the row.
+        plan: as JSON.
+        place: its folder where it is kept, which the other plan names.
+    """
+
+    number: int
+    plan: bytes
+    place: str
+
+
 @dataclass(frozen=True)
 class Order:
     """One plan to make.
@@ -71,17 +89,17 @@ class Order:
         limits: what it may take.
         keep: whether the plan is sent back if it is solved, or also if it is not.
         cheaper_than: cost from which on a solved plan need not be sent back.
-        start: the plan of another row to begin from, as JSON, and that row's number.
-        page: whether its page is drawn if it is sent back.
+        start: the plan of another row to begin from.
+        home: folder of the task file where it was ordered, which its plan names; nothing is looked for there.
     """
 
     number: int
     overrides: tuple[str, ...]
-    limits: Limits = Limits()
+    limits: Limits = UNLIMITED
     keep: str = "none"
     cheaper_than: float | None = None
-    start: tuple[int, bytes] | None = None
-    page: bool = True
+    start: Start | None = None
+    home: str = ""
 
 
 @dataclass(frozen=True)

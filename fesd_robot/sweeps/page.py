@@ -24,7 +24,7 @@ from fesd_robot.writing import write_atomically
 MOST_ROWS = 20_000
 """Rows on the page; of more, every so manieth."""
 
-_SHOWN = ("verdict", "cost", "time", "flights", "slides", "iterations", "seconds", "memory", "start", "message")
+_SHOWN = ("verdict", "cost", "work", "time", "flights", "slides", "iterations", "seconds", "memory", "start", "message")
 _SCRIPTS = ("cells", "plots", "table", "page")
 
 

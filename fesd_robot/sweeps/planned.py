@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.planning.planner import plan
-from fesd_robot.plans import PAGE_FILE, Plan, read_plan, write_into
+from fesd_robot.plans import PAGE_FILE, Plan, write_into
 from fesd_robot.plans.results_folder import PLAN_FILE
 from fesd_robot.render import write_page
 from fesd_robot.running import Deadline, held_to
@@ -16,7 +19,7 @@ from fesd_robot.sweeps.order import Answer, Order, Verdict
 from fesd_robot.sweeps.scales import with_scales
 from fesd_robot.task import Task, load_task
 
-CONTINUED = ("solver.effort=quick",)
+CONTINUED = ("solver.effort=quick", "solver.retries=0")
 """Settings of a plan that begins from another one: it keeps that one's sequence of contacts."""
 
 
@@ -35,14 +38,14 @@ def planned(order: Order, task_file: Path) -> Answer:
         begun_from: int | None = None
         found = _continued(order, task_file, overrides) if order.start else None
         if found is not None and order.start:
-            begun_from = order.start[0]
+            begun_from = order.start.number
         task, result = found or _cold(task_file, overrides)
     verdict = Verdict.SOLVED if result.status.solved else Verdict.NOT_SOLVED
     values = {**values_of(result), "start": begun_from}
     kept = order.keep == "all" or (result.status.solved and order.keep != "none")
     if order.cheaper_than is not None and result.statistics.objective >= order.cheaper_than:
         kept = False
-    files = _files(result, task, order.page) if kept else {}
+    files = _files(result, task, order) if kept else {}
     return Answer(order.number, verdict, values, result.status.message, files=files)
 
 
@@ -56,14 +59,14 @@ def _continued(order: Order, task_file: Path, overrides: tuple[str, ...]) -> tup
     assert order.start
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / PLAN_FILE
-        file.write_bytes(order.start[1])
-        earlier = read_plan(file)
-    task = load_task(task_file, [*overrides, *CONTINUED, "solver.retries=0"])
-    try:
-        result = plan(task, earlier=earlier)
-    except FesdRobotError:
-        return None  # with the task alone it is found out what is wrong
-    return (task, result) if result.status.solved else None
+        file.write_bytes(order.start.plan)
+        task = load_task(task_file, [*overrides, *CONTINUED, f"solver.warm_start={json.dumps(str(file))}"])
+        try:
+            result = plan(task)
+        except FesdRobotError:
+            return None  # with the task alone it is found out what is wrong
+    told = {**result.task, "solver": {**result.task["solver"], "warm_start": order.start.place}}
+    return (task, result.model_copy(update={"task": told})) if result.status.solved else None
 
 
 def values_of(result: Plan) -> dict[str, Any]:
@@ -72,6 +75,7 @@ def values_of(result: Plan) -> dict[str, Any]:
     attempts = result.statistics.attempts
     return {
         "cost": result.statistics.objective,
+        "work": work_of(result),
         "time": float(result.trajectory.time[-1]),
         "flights": sum(len(contact.flights) for contact in contacts),
         "slides": sum(contact.slide_distance for contact in contacts),
@@ -81,15 +85,39 @@ def values_of(result: Plan) -> dict[str, Any]:
     }
 
 
-def _files(result: Plan, task: Task, page: bool) -> dict[str, bytes]:
-    """Return the files of a plan."""
+def work_of(result: Plan) -> float | None:
+    """Return the work of the controls of a plan, J: the integral of the size of each one's power, none given back.
+
+    Returns:
+        None where a control pushes along directions that depend on the configuration.
+    """
+    time, speeds = result.trajectory.time, result.trajectory.velocity
+    at = np.searchsorted(result.controls["time"], time, side="right") - 1
+    actuators, total = result.task["robot"].get("actuators") or {}, 0.0
+    for name, values in result.controls.items():
+        if name == "time":
+            continue
+        own = actuators.get(name, {"joint": name})
+        pushed = own.get("force") or {own["joint"]: 1.0}
+        if any(isinstance(part, str) or coordinate not in speeds for coordinate, part in pushed.items()):
+            return None
+        speed = np.sum([part * speeds[coordinate] for coordinate, part in pushed.items()], axis=0)
+        power = np.abs(values[at] * speed)
+        total += float(0.5 * (power[1:] + power[:-1]) @ np.diff(time))
+    return total
+
+
+def _files(result: Plan, task: Task, order: Order) -> dict[str, bytes]:
+    """Return the files of a plan, which says that its task's files lie where they do for who has ordered it."""
+    provenance = result.provenance.model_copy(update={"folder": order.home or result.provenance.folder})
+    own = result.model_copy(update={"provenance": provenance})
 
     def extras(stage: Path) -> None:
-        if page and task.output.page:
+        if task.output.page:
             write_page(result, task, stage / PAGE_FILE)
 
     with tempfile.TemporaryDirectory() as folder:
-        written = write_into(result, Path(folder) / "plan", extras)
+        written = write_into(own, Path(folder) / "plan", extras)
         return {
             path.relative_to(written).as_posix(): path.read_bytes() for path in written.rglob("*") if path.is_file()
         }

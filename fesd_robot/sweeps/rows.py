@@ -35,7 +35,8 @@ class Rows:
         self._values = {key: _listed(sweep, key, values) for key, values in sweep.vary.items()}
         counts = {key: len(values) for key, values in self._values.items()}
         if sweep.combine == "zip" and len(set(counts.values())) > 1:
-            first, other = list(counts)[0], next(key for key in counts if counts[key] != next(iter(counts.values())))
+            first = next(iter(counts))
+            other = next(key for key in counts if counts[key] != counts[first])
             raise sweep.error(
                 ("vary", other),
                 f"found {counts[other]} values, and {counts[first]} of '{first}', expected equally many with combine: "
@@ -107,11 +108,11 @@ def _listed(sweep: Sweep, key: str, values: list[Any] | Spread) -> Sequence[Any]
 
 def _spaced(values: Spread, count: int) -> list[float]:
     if values.log_range:
-        return _rounded(np.geomspace(*values.log_range, count))
+        return _rounded(np.geomspace(values.log_range[0], values.log_range[1], count))
     assert values.range
     if values.step is not None:
         return _rounded(values.range[0] + values.step * np.arange(count))
-    return _rounded(np.linspace(*values.range, count))
+    return _rounded(np.linspace(values.range[0], values.range[1], count))
 
 
 def _rounded(values: np.ndarray) -> list[float]:

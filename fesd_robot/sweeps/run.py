@@ -7,7 +7,7 @@ import json
 import logging
 import time
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from fesd_robot.sweeps.content import TaskContent, content_of
 from fesd_robot.sweeps.continuation import FromNearest, InTurn, Schedule
 from fesd_robot.sweeps.executors import DaskCluster, Executor, LocalProcesses, usable_cores
 from fesd_robot.sweeps.folder import SweepFolder, SweepRecord
-from fesd_robot.sweeps.order import Answer, Limits, Order, State, Verdict, Work
+from fesd_robot.sweeps.order import Answer, Limits, Order, Start, State, Verdict, Work
 from fesd_robot.sweeps.page import write_sweep_page
 from fesd_robot.sweeps.planned import planned
 from fesd_robot.sweeps.rows import Rows, as_overrides
@@ -87,7 +87,7 @@ def swept(
     """
     rows = Rows(loaded)
     _check(loaded, rows, settings)
-    content, ends = _first_task(loaded, rows)
+    content, ends = first_task(loaded)
     columns = Columns({key: type_of(rows.values(key)) for key in rows.keys}, ends)
     told = loaded.model_dump(mode="json", exclude_unset=True, exclude={"name"})
     identity = _hash(content.identity, told, fesd_robot.__version__)
@@ -115,13 +115,17 @@ def _check(loaded: Sweep, rows: Rows, settings: SweepSettings) -> None:
         )
 
 
-def _first_task(loaded: Sweep, rows: Rows) -> tuple[TaskContent, tuple[str, ...]]:
-    """Return the task with its files, and the columns of its end, after checking the values of the first row."""
+def first_task(loaded: Sweep) -> tuple[TaskContent, tuple[str, ...]]:
+    """Return the task with its files, and the columns of its end, after checking its first and its last row.
+
+    Raises:
+        TaskError: the task is not valid with their values.
+    """
     from fesd_robot.ocp import load_task_robot
     from fesd_robot.sweeps.scales import with_scales
     from fesd_robot.task import load_task
 
-    file, fixed = loaded.task_file, as_overrides(loaded.set)
+    rows, file, fixed = Rows(loaded), loaded.task_file, as_overrides(loaded.set)
     base = load_task(file)
     for number in dict.fromkeys((0, len(rows) - 1)):
         inputs = rows.inputs(number)
@@ -172,7 +176,7 @@ class _Driver:
         self, loaded: Sweep, rows: Rows, folder: SweepFolder, settings: SweepSettings, content: TaskContent
     ) -> None:
         self._sweep, self._rows, self._folder, self._settings = loaded, rows, folder, settings
-        self._content = content
+        self._home = str(loaded.task_file.parent.absolute())
         self._fixed = (*content.overrides, *as_overrides(loaded.set))
         self._best: tuple[float, int] | None = None
         self._next_file, self._limits = time.monotonic() + _LEAST_PAUSE, self._limits_of(settings)
@@ -199,8 +203,9 @@ class _Driver:
                 if time.monotonic() > self._next_file:
                     self._write_files()
         except BaseException:
-            for number in executor.running:
-                self._append(Answer(number, Verdict.INTERRUPTED, message="the sweep was ended"))
+            with suppress(OSError, SweepError):  # what has ended it is told
+                for number in executor.running:
+                    self._append(Answer(number, Verdict.INTERRUPTED, message="the sweep was ended"))
             raise
         finally:
             if self._settings.keep == "best":
@@ -238,7 +243,8 @@ class _Driver:
             self._limits,
             "solved" if keep == "best" else keep,
             self._best[0] if keep == "best" and self._best else None,
-            None if plan is None or start is None else (start, plan),
+            None if plan is None or start is None else Start(start, plan, str(self._folder.place(start).absolute())),
+            self._home,
         )
 
     def _note(self, answer: Answer) -> None:

@@ -28,7 +28,7 @@ class SweepSettings:
         timeout: seconds for a plan, after which it ends with its best iterate, or is ended.
         memory: MB that the process of a plan may have; default: an equal part of nine tenths of this machine's.
         keep: which plans are kept, each in a folder of its own.
-        resume: whether a sweep that is there already goes on: rows that are there stay, but those that were interrupted.
+        resume: whether a sweep that is there already goes on; rows that were interrupted are planned again.
         retry_failed: whether rows that failed are planned again then.
         against: folder of a sweep with the same rows, which the page compares with.
         yes: whether more than a million rows are meant.

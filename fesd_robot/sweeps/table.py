@@ -27,6 +27,7 @@ RESULTS: Mapping[str, type] = {
     "state": str,
     "verdict": str,
     "cost": float,
+    "work": float,
     "time": float,
     "flights": int,
     "slides": float,
@@ -38,7 +39,7 @@ RESULTS: Mapping[str, type] = {
     "message": str,
     "plan": str,
 }
-"""Column of what came of a row -> type; time in s of motion, slides in m, memory in MB."""
+"""Column of what came of a row -> type; work of the controls in J, time in s of motion, slides in m, memory in MB."""
 
 _BATCH = 20_000
 """Rows of a table that are in memory at once while it is converted."""
@@ -157,7 +158,7 @@ class Journal:
             self._handle = os.open(self.file, os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0))
         line = self.columns.line(row)
         if os.write(self._handle, line) != len(line):
-            raise OSError(28, "the disk is full", str(self.file))
+            raise SweepError(f"{self.file}: the disk is full, expected room for a row; --resume goes on later")
 
     def close(self) -> None:
         """Bring the table to the disk."""
@@ -167,7 +168,7 @@ class Journal:
             self._handle = None
 
     def to_parquet(self) -> bool:
-        """Write the rows so far as Apache Parquet, too, in place of the earlier file; return whether that can be done."""
+        """Write the rows so far as Apache Parquet, in place of the earlier file; return whether that can be done."""
         try:
             import pyarrow as pa
             import pyarrow.parquet as pq

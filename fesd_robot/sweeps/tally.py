@@ -44,7 +44,7 @@ class Tally:
 
     def line(self) -> str:
         """Return all in a line."""
-        parts = [f"{self.known + self.done} of {self.total} plans"]
+        parts = [f"{self.known + self.done} of {self.total}"]
         if self.rate is not None:
             parts.append(_rate(self.rate))
         parts.append(f"{self.solved} solved")
@@ -53,12 +53,12 @@ class Tally:
         if self.failed:
             parts.append(f"{self.failed} failed")
         if self.seconds_left is not None and self.seconds_left > 0:
-            parts.append(f"about {duration(self.seconds_left)} left")
+            parts.append(f"{duration(self.seconds_left)} left")
         return ", ".join(parts)
 
 
 def _rate(rate: float) -> str:
-    return f"{rate:.3g} a second" if rate >= 1 else f"{60 * rate:.3g} a minute"
+    return f"{rate:.3g}/s" if rate >= 1 else f"{60 * rate:.3g}/min"
 
 
 def duration(seconds: float) -> str:

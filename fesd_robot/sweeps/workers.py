@@ -1,4 +1,4 @@
-"""Processes that each make one plan after another, watched from outside: what goes wrong in one is an answer."""
+"""Processes that each do one thing after another, watched from outside: what goes wrong in one is an outcome."""
 
 from __future__ import annotations
 
@@ -9,20 +9,23 @@ import logging
 import multiprocessing
 import os
 import pickle
+import queue
 import signal
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import psutil
 
-from fesd_robot.errors import FesdRobotError
-from fesd_robot.sweeps.order import Answer, Limits, Order, Verdict, Work
+from fesd_robot.errors import FesdRobotError, SweepError
+from fesd_robot.sweeps.order import UNLIMITED, Limits, Verdict
 
 logger = logging.getLogger(__name__)
 
@@ -49,45 +52,72 @@ _FIRST_TO_GO = "1000"
 
 _STARTING = threading.Lock()
 
+Argument = TypeVar("Argument")
 
-class Worker:
-    """A process for one plan after another, which is replaced where it does not survive one.
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of an argument.
 
     Args:
-        work: what it does.
+        value: of the function, None where none came.
+        verdict: why none came, None where one did.
+        message: one sentence about that.
+        seconds: that it took.
+        megabytes: most memory that the process had, None where the system does not say it.
     """
 
-    def __init__(self, work: Work) -> None:
-        self._work = work
+    value: Any = None
+    verdict: Verdict | None = None
+    message: str = ""
+    seconds: float = 0.0
+    megabytes: float | None = None
+
+
+class Worker:
+    """A process for one argument after another, which is replaced where it does not survive one.
+
+    Args:
+        function: argument -> value; both are pickled, and so is it: a function of a module, or a partial of one.
+    """
+
+    def __init__(self, function: Callable[[Any], Any]) -> None:
+        self._function = function
         self._process: Any = None
         self._connection: Connection | None = None
         self._said: IO[bytes] | None = None
 
-    def answer(self, order: Order, task: Path) -> Answer:
-        """Return what becomes of an order, whatever happens in its process.
+    def outcome(self, argument: Any, limits: Limits = UNLIMITED) -> Outcome:
+        """Return what becomes of an argument, whatever happens in the process.
 
         Args:
-            order: what to plan.
-            task: the task file.
+            argument: of the function.
+            limits: what it may take.
         """
         try:
-            connection = self._started()
+            process, connection, said = self._started()
             begin = time.monotonic()
-            connection.send((order, task))
-        except (OSError, EOFError) as error:
+            connection.send(argument)
+        except (OSError, EOFError, SweepError) as error:
             self.end()
-            return Answer(order.number, Verdict.CRASHED, message=f"its process could not be started: {error!r}")
-        most, verdict, message = self._watched(connection, order.limits, begin)
+            return Outcome(verdict=Verdict.CRASHED, message=f"its process could not be started: {error!r}")
+        try:
+            most, verdict, message = _watched(process, connection, limits, begin)
+        except OSError:  # it was ended from another thread
+            most, verdict, message = None, Verdict.CRASHED, ""
         if verdict is None:
             try:
-                answer, peak, at_rest = connection.recv()
+                outcome, at_rest = connection.recv()
                 if at_rest > _RESTED_MEGABYTES:
                     self.end()
-                return _measured(answer, time.monotonic() - begin, peak or most)
+                megabytes = outcome.megabytes or most
+                return replace(outcome, seconds=time.monotonic() - begin, megabytes=megabytes)
             except (EOFError, OSError, pickle.UnpicklingError):
-                verdict, message = Verdict.CRASHED, self._last_words()
+                verdict = Verdict.CRASHED
+        if verdict is Verdict.CRASHED:
+            message = _last_words(process, said)
         self.end()
-        return Answer(order.number, verdict, message=message, seconds=time.monotonic() - begin, megabytes=most)
+        return Outcome(None, verdict, message, time.monotonic() - begin, most)
 
     def end(self) -> None:
         """End the process at once, whatever it does."""
@@ -102,67 +132,96 @@ class Worker:
             self._said.close()
             self._said = None
 
-    def _started(self) -> Connection:
-        """Return the connection to the process, a new one where there is none."""
-        if self._process is not None and self._process.is_alive() and self._connection:
-            return self._connection
+    def _started(self) -> tuple[Any, Connection, IO[bytes]]:
+        """Return the process, the connection to it and what it says, new ones where there are none."""
+        if self._process is not None and self._process.is_alive() and self._connection and self._said:
+            return self._process, self._connection, self._said
         self.end()
-        self._said = tempfile.TemporaryFile()
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115, closed in `end`
         context = _context()
         with _STARTING:  # what is inherited is that of one process
             own, other = context.Pipe()
             said = _inheritable(self._said)
-            self._process = context.Process(target=_serve, args=(other, said, self._work), name="plan")
+            self._process = context.Process(target=_serve, args=(other, said, self._function), name="plan")
             self._process.start()
             other.close()
         self._connection = own
         if not wait([own, self._process.sentinel], _TO_START) or not own.poll():
-            raise OSError(f"it does not begin within {_TO_START:g} s")
+            raise SweepError(f"it does not begin within {_TO_START:g} s")
         own.recv()
-        return own
-
-    def _watched(
-        self, connection: Connection, limits: Limits, begin: float
-    ) -> tuple[float | None, Verdict | None, str]:
-        """Wait for an answer; return the most memory seen, MB, and why none will come, None if one is there."""
-        most: float | None = None
-        watched = psutil.Process(self._process.pid) if psutil.pid_exists(self._process.pid) else None
-        killed_after = limits.killed_after
-        while True:
-            ready = wait([connection, self._process.sentinel], _GLANCE)
-            if connection in ready or (ready and connection.poll()):
-                return most, None, ""
-            if ready:
-                return most, Verdict.CRASHED, self._last_words()
-            if watched is not None:
-                with contextlib.suppress(psutil.Error):
-                    most = max(most or 0.0, watched.memory_info().rss / 1e6)
-            if limits.megabytes is not None and (most or 0.0) > limits.megabytes:
-                return most, Verdict.MEMORY, f"its process had {most:.0f} MB, more than {limits.megabytes:.0f} MB"
-            if killed_after is not None and time.monotonic() - begin > killed_after:
-                return most, Verdict.TIMEOUT, f"it did not end within its time limit of {limits.seconds:g} s"
-
-    def _last_words(self) -> str:
-        """Return how the process ended."""
-        self._process.join(5.0)
-        code, said = self._process.exitcode, b""
-        if self._said:
-            self._said.seek(0)
-            said = self._said.read()
-        words = next((line for line in said.decode(errors="replace").splitlines() if line.strip()), "")
-        if code is not None and code < 0:
-            name = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)
-            short = ", as where memory is short" if -code == signal.SIGKILL else ""
-            how = f"its process was ended by {name}{short}"
-        else:
-            how = f"its process ended with status {code}"
-        return f"{how}: {words.strip()}" if words else how
+        return self._process, own, self._said
 
 
-def _measured(answer: Answer, seconds: float, megabytes: float | None) -> Answer:
-    from dataclasses import replace
+def in_processes(
+    function: Callable[[Argument], Any], arguments: Iterable[Argument], jobs: int, limits: Limits = UNLIMITED
+) -> Iterator[tuple[Argument, Outcome]]:
+    """Yield each argument with what becomes of it in a process, as they come.
 
-    return replace(answer, seconds=seconds, megabytes=megabytes)
+    Args:
+        function: as of `Worker`.
+        arguments: of it.
+        jobs: how many processes work at once.
+        limits: what each argument may take.
+    """
+    idle: queue.SimpleQueue[Worker] = queue.SimpleQueue()
+    workers = [Worker(function) for _ in range(jobs)]
+    for worker in workers:
+        idle.put(worker)
+
+    def done(argument: Argument) -> tuple[Argument, Outcome]:
+        worker = idle.get()
+        try:
+            return argument, worker.outcome(argument, limits)
+        finally:
+            idle.put(worker)
+
+    with ThreadPoolExecutor(jobs) as pool:
+        try:
+            for future in as_completed([pool.submit(done, argument) for argument in arguments]):
+                yield future.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for worker in workers:
+                worker.end()
+
+
+def _watched(
+    process: Any, connection: Connection, limits: Limits, begin: float
+) -> tuple[float | None, Verdict | None, str]:
+    """Wait for an answer; return the most memory seen, MB, and why none will come, None if one is there."""
+    most: float | None = None
+    watched = psutil.Process(process.pid) if psutil.pid_exists(process.pid) else None
+    killed_after = limits.killed_after
+    while True:
+        ready = wait([connection, process.sentinel], _GLANCE)
+        if connection in ready or (ready and connection.poll()):
+            return most, None, ""
+        if ready:
+            return most, Verdict.CRASHED, ""
+        if watched is not None:
+            with contextlib.suppress(psutil.Error):
+                most = max(most or 0.0, watched.memory_info().rss / 1e6)
+        if limits.megabytes is not None and (most or 0.0) > limits.megabytes:
+            return most, Verdict.MEMORY, f"its process had {most:.0f} MB, more than {limits.megabytes:.0f} MB"
+        if killed_after is not None and time.monotonic() - begin > killed_after:
+            return most, Verdict.TIMEOUT, f"it did not end within its time limit of {limits.seconds:g} s"
+
+
+def _last_words(process: Any, said: IO[bytes]) -> str:
+    """Return how a process ended."""
+    process.join(5.0)
+    code, words = process.exitcode, ""
+    with contextlib.suppress(ValueError):  # closed from another thread
+        said.seek(0)
+        lines = said.read().decode(errors="replace").splitlines()
+        words = next((line.strip() for line in lines if line.strip()), "")
+    if code is not None and code < 0:
+        name = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)
+        short = ", as where memory is short" if -code == signal.SIGKILL else ""
+        how = f"its process was ended by {name}{short}"
+    else:
+        how = f"its process ended with status {code}"
+    return f"{how}: {words}" if words else how
 
 
 def _context() -> Any:
@@ -215,8 +274,8 @@ def _received(duplicate: Any) -> int:
     return int(duplicate.detach())
 
 
-def _serve(connection: Connection, said: int | None, work: Work) -> None:
-    """Answer orders until none come."""
+def _serve(connection: Connection, said: int | None, function: Callable[[Any], Any]) -> None:
+    """Return the values of arguments until none come."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGKILL)
@@ -225,37 +284,37 @@ def _serve(connection: Connection, said: int | None, work: Work) -> None:
     if said is not None:
         os.dup2(said, 1)
         os.dup2(said, 2)
-        sys.stdout = sys.stderr = open(2, "w", buffering=1, errors="replace", closefd=False)
+        sys.stdout = sys.stderr = open(2, "w", buffering=1, errors="replace", closefd=False)  # noqa: SIM115
         faulthandler.enable()
     connection.send(None)
     while True:
         try:
-            order, task = connection.recv()
+            argument = connection.recv()
         except (EOFError, OSError):
             return
         if said is not None:
             os.ftruncate(said, 0)
             os.lseek(said, 0, os.SEEK_SET)
         _reset_peak()
-        answer = _answered(work, order, task)
+        outcome = replace(_tried(function, argument), megabytes=_memory("VmHWM"))
         try:
-            connection.send((answer, _memory("VmHWM"), _memory("VmRSS") or 0.0))
+            connection.send((outcome, _memory("VmRSS") or 0.0))
         except (EOFError, BrokenPipeError):
             return
         except Exception as error:
-            broken = Answer(order.number, Verdict.ERROR, message=f"its answer cannot be sent: {error}")
-            connection.send((broken, _memory("VmHWM"), 0.0))
+            broken = Outcome(None, Verdict.ERROR, f"its value cannot be sent: {error}", megabytes=outcome.megabytes)
+            connection.send((broken, 0.0))
 
 
-def _answered(work: Work, order: Order, task: Path) -> Answer:
+def _tried(function: Callable[[Any], Any], argument: Any) -> Outcome:
     try:
-        return work(order, task)
+        return Outcome(function(argument))
     except FesdRobotError as error:
-        return Answer(order.number, Verdict.REFUSED, message=str(error))
+        return Outcome(None, Verdict.REFUSED, str(error))
     except MemoryError as error:
-        return Answer(order.number, Verdict.MEMORY, message=f"no memory was left {error}".rstrip())
+        return Outcome(None, Verdict.MEMORY, f"no memory was left {error}".rstrip())
     except Exception as error:
-        return Answer(order.number, Verdict.ERROR, message=f"{type(error).__name__}: {error}")
+        return Outcome(None, Verdict.ERROR, f"{type(error).__name__}: {error}")
 
 
 def _reset_peak() -> None:

@@ -20,7 +20,9 @@ def value(order: Order, key: str) -> float:
 def answer(order: Order, cost: float, files: dict[str, bytes] | None = None) -> Answer:
     """Return a solved answer."""
     values = {"cost": cost, "time": 1.0, "flights": 1, "slides": 0.25, "iterations": 7, "attempts": 1}
-    return Answer(order.number, Verdict.SOLVED, {**values, "end.root_x": cost}, "Solved, with a comma.", files=files or {})
+    return Answer(
+        order.number, Verdict.SOLVED, {**values, "end.root_x": cost}, "Solved, with a comma.", files=files or {}
+    )
 
 
 def parabola(order: Order, task: Path) -> Answer:
@@ -72,6 +74,6 @@ def kills_itself_once(order: Order, task: Path) -> Answer:
 
 def noted(order: Order, task: Path) -> Answer:
     """Say from which row it begins."""
-    begun = order.start[0] if order.start else None
+    begun = order.start.number if order.start else None
     made = parabola(order, task)
     return Answer(order.number, Verdict.SOLVED, {**made.values, "start": begun}, "Solved.", files=made.files)

@@ -32,24 +32,39 @@ def refused(folder: Path, text: str, **settings: object) -> str:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("vary: {goal.configuration.rootx: [1, 2]}", ":2: vary.goal.configuration.rootx: found 'rootx', expected a configuration"),
-        ("vary:\n  ground.frictoin: [0.4]", ":3: vary.ground.frictoin: found an unknown key, expected a known one (did"),
+        (
+            "vary: {goal.configuration.rootx: [1, 2]}",
+            ":2: vary.goal.configuration.rootx: found 'rootx', expected",
+        ),
+        (
+            "vary:\n  ground.frictoin: [0.4]",
+            ":3: vary.ground.frictoin: found an unknown key, expected",
+        ),
         ("vary: {ground.friction: []}", ":2: vary.ground.friction: found an empty list, expected at least one entry"),
         ("vary: {ground.friction: {range: [0.5, 0.4], count: 3}}", "found the empty range [0.5, 0.4], expected the"),
         ("vary: {ground.friction: {range: [0.4, 0.5], count: 0}}", "found 0, expected a number of at least 1"),
         ("vary: {ground.friction: {range: [0.4, 0.5]}}", "found 'range' alone, expected count or step beside it"),
         ("vary: {ground.friction: {uniform: [0.4, 0.5], step: 0.1}}", "found a step, expected one beside 'range' only"),
-        ("vary: {ground.friction: {range: [0.4, 0.5], normal: [0, 1], count: 2}}", "found range and normal, expected one"),
+        (
+            "vary: {ground.friction: {range: [0.4, 0.5], normal: [0, 1], count: 2}}",
+            "found range and normal",
+        ),
         ("vary: {ground.friction: {log_uniform: [0, 1], count: 2}}", "expected positive numbers"),
         ("vary: {ground.friction: 0.5}", "vary.ground.friction: found 0.5, expected a list"),
         ("vary: {}", ":2: vary: found an empty mapping, expected at least one entry"),
         ("vari: {ground.friction: [0.5]}", "did you mean 'vary'"),
-        ("vary: {ground.friction: [0.5]}\nset: {ground.friction: 0.4}", "this key varies too, expected it in"),
+        ("vary: {ground.friction: [0.5]}\nset: {ground.friction: 0.4}", "this key varies too"),
         ("vary: {ground.friction: [0.5]}\ncombine: sum", "expected 'product' or 'zip'"),
-        ("vary: {model.mas: [1.1]}", ":2: vary.model.mas: found an unknown quantity, expected a known one (did you mean"),
+        (
+            "vary: {model.mas: [1.1]}",
+            ":2: vary.model.mas: found an unknown quantity",
+        ),
         ("vary: {model.mass: [-1]}", "vary.model.mass: found -1, expected a factor greater than 0"),
         ("vary: {ground.friction: [-0.5]}", ":2: vary.ground.friction: found -0.5, expected a number of at least 0"),
-        ("set: {horizon.intervals: x}\nvary: {ground.friction: [0.5]}", ":2: set.horizon.intervals: found the text 'x'"),
+        (
+            "set: {horizon.intervals: x}\nvary: {ground.friction: [0.5]}",
+            ":2: set.horizon.intervals: found the text",
+        ),
         ("vary: {ground.friction: [.inf]}", "expected a finite number"),
         ("vary: {ground.friction: [0.4, 0.5]}\nwarm: nearest", None),
     ],
@@ -72,7 +87,9 @@ def test_another_task(tmp_path: Path) -> None:
 
 def test_a_million_rows_need_a_yes(tmp_path: Path) -> None:
     """The number of rows is said, and how it is meant."""
-    keys = ", ".join(f"costs.configuration.{name}: {{range: [1, 2], count: 101}}" for name in ("root_x", "root_z", "leg"))
+    keys = ", ".join(
+        f"costs.configuration.{name}: {{range: [1, 2], count: 101}}" for name in ("root_x", "root_z", "leg")
+    )
     said = refused(tmp_path, f"vary: {{{keys}}}")
     assert "vary: found 1030301 rows, expected at most 1000000; --yes plans them all" in said
 

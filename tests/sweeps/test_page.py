@@ -11,8 +11,6 @@ from fesd_robot.sweeps import Answer, Order, SweepSettings, Verdict, load_sweep,
 from tests.render.browser import Browser
 from tests.sweeps.stubs import answer, value
 
-pytestmark = pytest.mark.slow
-
 SWEEP = {
     "task": "hopper_one_jump",
     "vary": {"goal.configuration.root_x": [0.9, 1.0, 1.1], "ground.friction": [0.4, 0.5, 0.6, 0.7]},
@@ -79,7 +77,9 @@ def test_the_table_sorts_and_chooses(folder: Path, browser: Browser) -> None:
     """A click on a column orders by it, a verdict leaves the others out."""
     browser.open(folder / "sweep.html")
     browser.run("[...document.querySelectorAll('#plans th')].find((th) => th.textContent.startsWith('cost')).click()")
-    costs = browser.run("[...document.querySelectorAll('#plans tbody tr')].map((tr) => Number(tr.cells[4].textContent))")
+    costs = browser.run(
+        "[...document.querySelectorAll('#plans tbody tr')].map((tr) => Number(tr.cells[4].textContent))"
+    )
     assert costs == sorted(costs)
     browser.run("document.getElementById('which').value = 'not solved'")
     browser.run("document.getElementById('which').onchange({ target: document.getElementById('which') })")

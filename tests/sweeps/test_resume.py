@@ -34,7 +34,9 @@ def begun(out: Path, file: Path) -> subprocess.Popen[bytes]:
     """Return a program that runs the sweep."""
     file.write_text(PROGRAM)
     path = os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
-    return subprocess.Popen([sys.executable, str(file), str(out)], env={**os.environ, "PYTHONPATH": path}, cwd=REPOSITORY)
+    return subprocess.Popen(
+        [sys.executable, str(file), str(out)], env={**os.environ, "PYTHONPATH": path}, cwd=REPOSITORY
+    )
 
 
 def lines_of(out: Path) -> int:
@@ -46,7 +48,6 @@ def descendants(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
     return psutil.Process(process.pid).children(recursive=True)
 
 
-@pytest.mark.slow
 def test_killed_at_random_times(tmp_path: Path) -> None:
     """SIGKILL ten times, before and after new rows: the table is whole, no row is twice or lost, no process stays."""
     out, draw, before = tmp_path / "out", random.Random(3), 0
@@ -63,7 +64,7 @@ def test_killed_at_random_times(tmp_path: Path) -> None:
         assert len(set(numbers)) == len(numbers) >= before
         assert all(plan and (out / plan / "plan.json").is_file() for plan in read_sweep(out).columns["plan"])
         before = len(numbers)
-        psutil.wait_procs(children, timeout=5.0)
+        psutil.wait_procs(children, timeout=30.0)  # one that still imports the program looks round afterwards
         assert not [child for child in children if child.is_running() and child.status() != psutil.STATUS_ZOMBIE]
     assert 0 < before < 1000
     table = swept(load_sweep(SWEEP), out, SweepSettings(jobs=2, resume=True), slow)
@@ -71,7 +72,6 @@ def test_killed_at_random_times(tmp_path: Path) -> None:
     assert table.columns["verdict"] == ["solved"] * 1000
 
 
-@pytest.mark.slow
 def test_an_interrupt_notes_what_ran(tmp_path: Path) -> None:
     """Ctrl-C leaves rows that say that they were interrupted, which --resume does again."""
     out = tmp_path / "out"
@@ -88,7 +88,6 @@ def test_an_interrupt_notes_what_ran(tmp_path: Path) -> None:
     assert table.columns["state"] == ["completed"] * 1000
 
 
-@pytest.mark.slow
 def test_one_program_at_a_time(tmp_path: Path) -> None:
     """A second program is refused while the first one runs."""
     out = tmp_path / "out"
@@ -107,9 +106,9 @@ def test_a_last_line_that_is_cut_off_is_left_out(tmp_path: Path) -> None:
     journal = Journal(tmp_path, columns)
     rows = [
         {"number": number, "a.b": 0.1 * number, "c.d": 'a "quoted", text', "e.f": [1, None], "identity": "00",
-         "state": "completed", "verdict": "solved", "cost": 1.0 / 3.0, "time": 1.0, "flights": 1, "slides": 0.0,
-         "iterations": 3, "attempts": 1, "seconds": 0.5, "memory": 9.5, "start": None, "message": "é", "plan": "",
-         "end.x": -1e-300}
+         "state": "completed", "verdict": "solved", "cost": 1.0 / 3.0, "work": None, "time": 1.0, "flights": 1,
+         "slides": 0.0, "iterations": 3, "attempts": 1, "seconds": 0.5, "memory": 9.5, "start": None,
+         "message": "é", "plan": "", "end.x": -1e-300}
         for number in range(3)
     ]  # fmt: skip
     for row in rows:

@@ -28,7 +28,10 @@ def test_a_product_has_every_combination_once() -> None:
 def test_zip_takes_values_one_by_one() -> None:
     """Values at the same place make a row; lists of other lengths are refused by name."""
     rows = rows_of(vary={"a.b": [1, 2], "c.d": [[0, 1], [0, 2]]}, combine="zip")
-    assert [rows.inputs(number) for number in range(len(rows))] == [{"a.b": 1, "c.d": [0, 1]}, {"a.b": 2, "c.d": [0, 2]}]
+    assert [rows.inputs(number) for number in range(len(rows))] == [
+        {"a.b": 1, "c.d": [0, 1]},
+        {"a.b": 2, "c.d": [0, 2]},
+    ]
     with pytest.raises(TaskError, match=r"vary\.c\.d: found 3 values, and 2 of 'a\.b', expected equally many"):
         rows_of(vary={"a.b": [1, 2], "c.d": [1, 2, 3]}, combine="zip")
 

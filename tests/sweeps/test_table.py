@@ -38,7 +38,9 @@ def test_identity_is_of_task_values_and_version(table: SweepTable, tmp_path: Pat
     """The same sweep elsewhere has the same identities, another value another one."""
     again = swept(load_sweep(SWEEP), tmp_path / "again", SweepSettings(jobs=1), parabola)
     assert again.columns["identity"] == table.columns["identity"]
-    other = swept(load_sweep({**SWEEP, "set": {"horizon.intervals": 21}}), tmp_path / "other", SweepSettings(), parabola)
+    other = swept(
+        load_sweep({**SWEEP, "set": {"horizon.intervals": 21}}), tmp_path / "other", SweepSettings(), parabola
+    )
     assert not set(other.columns["identity"]) & set(table.columns["identity"])
 
 
@@ -80,7 +82,7 @@ def test_progress_is_told(tmp_path: Path) -> None:
         lines.append(tally.line())
 
     swept(load_sweep(SWEEP), tmp_path / "out", SweepSettings(jobs=1), parabola, told)
-    assert lines[-1].startswith("6 of 6 plans, ") and lines[-1].endswith("6 solved")
+    assert lines[-1].startswith("6 of 6, ") and lines[-1].endswith("6 solved")
     assert any("left" in line for line in lines[:-1]) or len(lines) < 3
 
 
@@ -90,7 +92,12 @@ def test_neighbours_begin_from_the_nearest_solved_row(tmp_path: Path) -> None:
     table = swept(load_sweep(own), tmp_path / "out", SweepSettings(jobs=1), noted)
     begun = table.columns["start"]
     assert begun[2] is None
-    assert sorted(zip([0, 1, 3, 4], [begun[at] for at in (0, 1, 3, 4)], strict=True)) == [(0, 1), (1, 2), (3, 2), (4, 3)]
+    assert sorted(zip([0, 1, 3, 4], [begun[at] for at in (0, 1, 3, 4)], strict=True)) == [
+        (0, 1),
+        (1, 2),
+        (3, 2),
+        (4, 3),
+    ]
 
 
 def test_the_record_is_plain(table: SweepTable) -> None:

@@ -15,7 +15,7 @@ const varied = data.inputs.filter((name) => new Set(data.rows.map((row) => row[d
 const keys = varied.length ? varied : data.inputs;
 const across = choices("across", ["–", ...keys], keys[0], cells);
 const down = choices("down", ["–", ...keys], keys[1] || "–", cells);
-const colour = choices("colour", ["cost", "iterations", "seconds", "flights", "slides", "time"], "cost", cells);
+const colour = choices("colour", ["cost", "work", "iterations", "seconds", "flights", "slides", "time"], "cost", cells);
 const times = new Set(data.rows.map((row) => row[data.columns.indexOf("time")]).map((each) => each && each.toPrecision(6)));
 const time = choices("time", ["time", "seconds"], times.size > 2 ? "time" : "seconds", () => drawPareto(data, time()));
 const present = VERDICTS.filter((verdict) => data.rows.some((row) => row[data.verdict] === verdict));
