@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import signal
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -118,26 +119,28 @@ def sweep(  # noqa: PLR0913, each is an option of the command
         raise typer.Exit(ExitCode.INTERRUPTED) from None
     finally:
         signal.signal(signal.SIGTERM, terminated)
+    counts, lines = _summary(table, folder)
     if not quiet:
-        typer.echo("\n".join(wrapped(line) for line in _summary(table, folder)))
-    if any(verdict != "solved" for verdict in table.columns["verdict"]):
+        typer.echo("\n".join(wrapped(line) for line in lines))
+    if set(counts) != {"solved"}:
         raise typer.Exit(ExitCode.NOT_SOLVED)
 
 
-def _summary(table: SweepTable, folder: Path) -> list[str]:
-    from collections import Counter
-
+def _summary(table: SweepTable, folder: Path) -> tuple[Counter[str], list[str]]:
+    """Return how many rows have each verdict, and all in lines; rows are looked at one at a time."""
     from fesd_robot.sweeps.folder import FILES
 
-    counts = Counter(table.columns["verdict"])
+    counts, best = Counter[str](), None
+    for row in table.rows():
+        counts[row["verdict"]] += 1
+        if row["verdict"] == "solved" and (best is None or row["cost"] < best["cost"]):
+            best = row
     words = ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
-    solved = [row for row in table.rows() if row["verdict"] == "solved"]
-    lines = [f"{len(table)} plans: {words}"]
-    if solved:
-        best = min(solved, key=lambda row: row["cost"])
+    lines = [f"{sum(counts.values())} plans: {words}"]
+    if best is not None:
         lines.append(f"cheapest: cost {best['cost']:.6g} of plan {best['number']}")
     names = [name for name in FILES if (folder / name).exists()]
-    return [*lines, f"written to {folder}: {', '.join(names)}"]
+    return counts, [*lines, f"written to {folder}: {', '.join(names)}"]
 
 
 class _Told(Progress):

@@ -42,7 +42,8 @@ def write_dataset(table: SweepTable, rate: float) -> Path:
         import pyarrow.parquet as pq
     except ImportError as error:
         raise SweepError("found no package 'pyarrow', expected it: pip install 'fesd-robot[sweep]'") from error
-    rows = [row for row in table.rows() if row["verdict"] == Verdict.SOLVED and row["plan"]]
+    kept = [row for row in table.rows() if row["verdict"] == Verdict.SOLVED and row["plan"]]
+    rows = sorted(kept, key=lambda row: row["number"])
     if not rows:
         raise SweepError(f"{table.folder}: holds no solved plan that is kept, expected some for a data set")
     file = table.folder / DATA_FILE

@@ -157,7 +157,7 @@ def read_sweep(folder: Path | str) -> SweepTable:
     record = read_record(folder)
     if record is None:
         raise SweepError(f"{folder}: holds no {SWEEP_FILE}, expected the folder of a sweep")
-    return SweepTable(folder, Journal(folder, record.columns).rows(), record.columns.names)
+    return SweepTable(Journal(folder, record.columns))
 
 
 def _names(folder: Path) -> list[str]:

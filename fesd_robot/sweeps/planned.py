@@ -15,7 +15,7 @@ from fesd_robot.plans import PAGE_FILE, Plan, write_into
 from fesd_robot.plans.results_folder import PLAN_FILE
 from fesd_robot.render import write_page
 from fesd_robot.running import Deadline, held_to
-from fesd_robot.sweeps.order import Answer, Order, Verdict
+from fesd_robot.sweeps.order import Answer, Order, Start, Verdict
 from fesd_robot.sweeps.scales import with_scales
 from fesd_robot.task import Task, load_task
 
@@ -34,14 +34,17 @@ def planned(order: Order, task_file: Path) -> Answer:
         FesdRobotError: the task is not valid with these values.
     """
     overrides = with_scales(task_file, order.overrides)
+    start, tried = order.start, None
     with held_to(Deadline(order.limits.seconds)):
-        begun_from: int | None = None
-        found = _continued(order, task_file, overrides) if order.start else None
-        if found is not None and order.start:
-            begun_from = order.start.number
-        task, result = found or _cold(task_file, overrides)
+        task = load_task(task_file, overrides)
+        if start:
+            tried = _continued(start, load_task(task_file, [*overrides, *CONTINUED]), task_file.parent)
+        continued = tried is not None and _keeps_the_sequence(tried)
+        result = tried if tried and continued else plan(task)
     verdict = Verdict.SOLVED if result.status.solved else Verdict.NOT_SOLVED
-    values = {**values_of(result), "start": begun_from}
+    values = {**values_of(result), "start": start.number if start and continued else None}
+    if tried and not continued:
+        values["iterations"] += values_of(tried)["iterations"]
     kept = order.keep == "all" or (result.status.solved and order.keep != "none")
     if order.cheaper_than is not None and result.statistics.objective >= order.cheaper_than:
         kept = False
@@ -49,24 +52,29 @@ def planned(order: Order, task_file: Path) -> Answer:
     return Answer(order.number, verdict, values, result.status.message, files=files)
 
 
-def _cold(task_file: Path, overrides: tuple[str, ...]) -> tuple[Task, Plan]:
-    task = load_task(task_file, overrides)
-    return task, plan(task)
+def _continued(start: Start, task: Task, folder: Path) -> Plan | None:
+    """Return the plan of a task that begins from another row's, None where that cannot be.
 
-
-def _continued(order: Order, task_file: Path, overrides: tuple[str, ...]) -> tuple[Task, Plan] | None:
-    """Return the plan that begins from another row's; None where it is not solved."""
-    assert order.start
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / PLAN_FILE
-        file.write_bytes(order.start.plan)
-        task = load_task(task_file, [*overrides, *CONTINUED, f"solver.warm_start={json.dumps(str(file))}"])
+    Args:
+        start: the other plan.
+        task: with the settings of such a plan.
+        folder: of its file, where the other plan is put meanwhile.
+    """
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        (Path(place) / PLAN_FILE).write_bytes(start.plan)
+        solver = task.solver.model_copy(update={"warm_start": Path(place).name})
         try:
-            result = plan(task)
+            result = plan(task.model_copy(update={"solver": solver}).with_origins(task.origins))
         except FesdRobotError:
             return None  # with the task alone it is found out what is wrong
-    told = {**result.task, "solver": {**result.task["solver"], "warm_start": order.start.place}}
-    return (task, result.model_copy(update={"task": told})) if result.status.solved else None
+    told = {**result.task, "solver": {**result.task["solver"], "warm_start": start.place}}
+    return result.model_copy(update={"task": told})
+
+
+def _keeps_the_sequence(result: Plan) -> bool:
+    """Return whether a plan is solved, and with the sequence of the plan that it begins from: no other was tried."""
+    search = result.statistics.search
+    return result.status.solved and not (search and search.sequences)
 
 
 def values_of(result: Plan) -> dict[str, Any]:

@@ -103,7 +103,7 @@ def swept(
         executor = _executor(settings, work, content)
         held.callback(executor.end)
         driver.run(executor, on_progress or (lambda _: None))
-    return SweepTable(out, folder.journal.rows(), columns.names)
+    return SweepTable(folder.journal)
 
 
 def _check(loaded: Sweep, rows: Rows, settings: SweepSettings) -> None:
@@ -126,7 +126,6 @@ def first_task(loaded: Sweep) -> tuple[TaskContent, tuple[str, ...]]:
     from fesd_robot.task import load_task
 
     rows, file, fixed = Rows(loaded), loaded.task_file, as_overrides(loaded.set)
-    base = load_task(file)
     for number in dict.fromkeys((0, len(rows) - 1)):
         inputs = rows.inputs(number)
         try:
@@ -134,9 +133,10 @@ def first_task(loaded: Sweep) -> tuple[TaskContent, tuple[str, ...]]:
             task, robot = load_task_robot(task)
         except FesdRobotError as error:
             raise _told_of_sweep(loaded, inputs, error) from error
-    tasks = [load_task(file, list(fixed)), base]
+    tasks = [load_task(file), load_task(file, with_scales(file, fixed))]
     for key in (key for key in rows.keys if key in FILE_KEYS or key.endswith(".model")):
-        tasks += [load_task(file, [*fixed, *as_overrides({key: value})]) for value in rows.values(key)]
+        values = (as_overrides({key: value}) for value in rows.values(key))
+        tasks += [load_task(file, with_scales(file, [*fixed, *each])) for each in values]
     return content_of(tasks), tuple(f"end.{name}" for name in robot.configuration_names)
 
 
@@ -224,7 +224,7 @@ class _Driver:
             self._done[row["number"]] = 1
             self._tally.known += 1
             if row["verdict"] == Verdict.SOLVED:
-                self._tally.solved += 1
+                self._tally.known_solved += 1
                 self._better(row["number"], row["cost"])
                 solved.append(row["number"])
             return row

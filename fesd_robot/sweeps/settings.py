@@ -26,7 +26,8 @@ class SweepSettings:
         scheduler: address of a Dask scheduler, ``tcp://HOST:PORT``, or ``local`` for a cluster on this machine;
             default: processes of this machine.
         timeout: seconds for a plan, after which it ends with its best iterate, or is ended.
-        memory: MB that the process of a plan may have; default: an equal part of nine tenths of this machine's.
+        memory: MB that the process of a plan may have; default: on this machine an equal part of nine tenths of its
+            memory, on a cluster no limit.
         keep: which plans are kept, each in a folder of its own.
         resume: whether a sweep that is there already goes on; rows that were interrupted are planned again.
         retry_failed: whether rows that failed are planned again then.

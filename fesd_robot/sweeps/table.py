@@ -14,6 +14,7 @@ import logging
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -216,21 +217,23 @@ class SweepTable:
 
     Attributes:
         folder: of the sweep.
-        columns: name -> values of all rows, in the order of their numbers; None where there is none.
     """
 
-    def __init__(self, folder: Path, rows: Iterable[Mapping[str, Any]], names: Sequence[str]) -> None:
-        ordered = sorted(rows, key=lambda row: row["number"])
-        self.folder = folder
-        self.columns: dict[str, list[Any]] = {name: [row[name] for row in ordered] for name in names}
+    def __init__(self, journal: Journal) -> None:
+        self.folder, self._journal = journal.folder, journal
+
+    @cached_property
+    def columns(self) -> dict[str, list[Any]]:
+        """Name -> values of all rows, in the order of their numbers; None where there is none."""
+        ordered = sorted(self.rows(), key=lambda row: row["number"])
+        return {name: [row[name] for row in ordered] for name in self._journal.columns.names}
 
     def __len__(self) -> int:
         return len(self.columns["number"])
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield the rows one by one."""
-        for values in zip(*self.columns.values(), strict=True):
-            yield dict(zip(self.columns, values, strict=True))
+        """Yield the rows one by one, as they arrived, from the disk."""
+        return self._journal.rows()
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """Hand the rows to a library that reads Arrow (needs pyarrow)."""

@@ -14,11 +14,12 @@ class Tally:
 
     Args:
         total: of the sweep.
-        known: rows that were there before.
+        known, known_solved: rows that were there before, and those of them that are solved.
     """
 
     total: int
     known: int = 0
+    known_solved: int = 0
     done: int = 0
     solved: int = 0
     failed: int = 0
@@ -47,7 +48,7 @@ class Tally:
         parts = [f"{self.known + self.done} of {self.total}"]
         if self.rate is not None:
             parts.append(_rate(self.rate))
-        parts.append(f"{self.solved} solved")
+        parts.append(f"{self.known_solved + self.solved} solved")
         if missed := self.done - self.solved - self.failed:
             parts.append(f"{missed} not solved")
         if self.failed:
