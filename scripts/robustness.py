@@ -16,7 +16,6 @@ import json
 import os
 import platform
 import sys
-import tempfile
 import time
 from collections import Counter
 from dataclasses import asdict, dataclass, replace
@@ -84,8 +83,7 @@ class Row:
 def planned(overrides: list[str], made: str, variation: Variation) -> Row:
     """Plan one variation; `made` says how."""
     begin = time.perf_counter()
-    with tempfile.TemporaryDirectory() as folder:
-        result = plan(variation.task(Path(folder), *overrides))
+    result = plan(variation.task(*overrides))
     assert result.outcome is not None
     contacts, attempts = result.outcome.contacts.values(), result.statistics.attempts
     first = attempts[0]
