@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fesd_robot.arguments import checked
 from fesd_robot.errors import SweepError
 from fesd_robot.plans.results_folder import PAGE_FILE, PLAN_FILE
 from fesd_robot.sweeps.table import PARQUET_FILE, ROWS_FILE, Columns, Journal, SweepTable
@@ -144,6 +145,7 @@ def read_record(folder: Path) -> SweepRecord | None:
         raise SweepError(f"{file}: found no record of a sweep ({error}), expected one of fesd-robot sweep") from error
 
 
+@checked
 def read_sweep(folder: Path | str) -> SweepTable:
     """Return the rows of a sweep, also of one that runs or was killed.
 
