@@ -1,6 +1,6 @@
 """Rows a second of a sweep whose plans take ten milliseconds, and the memory of the program that orders them.
 
-    python scripts/sweep_rates.py                    # 10000 rows by processes, then by a Dask cluster of two workers
+    python scripts/sweep_rates.py                    # 10000 rows by processes, then by a Dask cluster
     python scripts/sweep_rates.py --rows 1000 --executor dask
 
 The table goes to docs/results/sweep-rates.md. Exit code 1 if Dask does fewer than 200 rows a second, or the memory
@@ -66,7 +66,7 @@ def main() -> int:
     """Measure and write the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--rows", type=int, default=10_000)
-    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--jobs", type=int, default=2 * (os.cpu_count() or 1), help="they sleep: two a core")
     parser.add_argument("--executor", choices=list(EXECUTORS), action="append")
     parser.add_argument("--page", type=Path, default=PAGE)
     arguments = parser.parse_args()
