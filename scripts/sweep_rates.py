@@ -54,7 +54,7 @@ def measured(executor: str, rows: int, jobs: int) -> tuple[list[str], float, flo
         settings = SweepSettings(jobs=jobs, scheduler=EXECUTORS[executor], keep="none")
         table = swept(sweep, Path(folder) / "sweep", settings, slept, look)
         end = time.monotonic()
-    assert sorted(table.columns["number"]) == list(range(rows))
+        assert sorted(table.columns["number"]) == list(range(rows))
     begin, known = first[0]
     rate = (rows - known) / (end - begin)
     words = f"{1e6 / rate / 60:.0f} min"
