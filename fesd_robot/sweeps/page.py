@@ -7,7 +7,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from importlib import resources
 from itertools import islice
 from pathlib import Path
@@ -21,7 +21,7 @@ from fesd_robot.sweeps.folder import SWEEP_PAGE, SweepFolder, read_sweep
 from fesd_robot.sweeps.order import Verdict
 from fesd_robot.writing import write_atomically
 
-MOST_ROWS = 20_000
+MOST_ROWS = 10_000
 """Rows on the page; of more, every so manieth."""
 
 _SHOWN = ("verdict", "cost", "work", "time", "flights", "slides", "iterations", "seconds", "memory", "start", "message")
@@ -40,24 +40,23 @@ def write_sweep_page(folder: SweepFolder, against: Path | None = None) -> Path:
     """
     record, count = folder.record, _counted(folder)
     every = max(1, math.ceil(sum(count.values()) / MOST_ROWS))
-    rows = list(islice(folder.journal.rows(), 0, None, every))
     columns = ["number", *record.columns.inputs, *_SHOWN]
-    told = {
-        "inputs": list(record.columns.inputs),
-        "columns": columns,
-        "rows": [[_shown(row[name]) for name in columns] for row in rows],
-        "pages": {row["number"]: page for row in rows if row["plan"] and (page := folder.page_of(row["number"]))},
-    }
+    rows, pages = list[list[Any]](), dict[int, str]()
+    for row in islice(folder.journal.rows(), 0, None, every):
+        rows.append([_shown(row[name]) for name in columns])
+        if row["plan"] and (page := folder.page_of(row["number"])):
+            pages[row["number"]] = page
+    told = {"inputs": list(record.columns.inputs), "columns": columns, "rows": rows, "pages": pages}
     words = [f"{sum(count.values())} of {record.total} plans", *(f"{number} {what}" for what, number in count.items())]
-    page = _fill(
+    text = _fill(
         title=html.escape(record.name),
         summary=html.escape(", ".join(words)),
         sweep=html.escape(json.dumps(record.told, indent=1)),
-        comparison=_comparison(folder, rows, against),
+        comparison=_continuation(folder.journal.rows()) + (_compared(folder, against) if against else ""),
         shown=f"<p>Every {every}th row is shown.</p>" if every > 1 else "",
         rows=json.dumps(told, separators=(",", ":"), default=str).replace("<", "\\u003c"),
     )
-    return write_atomically(folder.folder / SWEEP_PAGE, page.encode())
+    return write_atomically(folder.folder / SWEEP_PAGE, text.encode())
 
 
 def _counted(folder: SweepFolder) -> Counter[str]:
@@ -71,29 +70,31 @@ def _shown(value: Any) -> Any:
     return value
 
 
-def _comparison(folder: SweepFolder, rows: Sequence[Mapping[str, Any]], against: Path | None) -> str:
-    """Return what is told about rows that begin from others, and about another sweep."""
-    parts = []
-    if any(row["start"] is not None for row in rows):
-        begun = [row for row in rows if row["start"] is not None]
-        parts.append(
-            f"<p>{len(begun)} of {len(rows)} plans begin from the solved plan of the nearest row: median "
-            f"{_median(begun, 'iterations')} iterations and {_median(begun, 'seconds')} s; the others begin from the "
-            f"task alone: {_median([row for row in rows if row['start'] is None], 'iterations')} iterations and "
-            f"{_median([row for row in rows if row['start'] is None], 'seconds')} s.</p>"
-        )
-    if against is not None:
-        try:
-            other = read_sweep(against)
-            parts.append(_table(comparison(rows, other.rows(), list(folder.record.columns.inputs)), against))
-        except FesdRobotError as error:
-            parts.append(f"<p>Not compared: {html.escape(str(error))}</p>")
-    return "".join(parts)
+def _continuation(rows: Iterable[Mapping[str, Any]]) -> str:
+    """Return what plans that begin from the nearest row took, and the others, if there are such."""
+    taken: dict[bool, list[tuple[int, float]]] = {True: [], False: []}
+    for row in rows:
+        if row["iterations"] is not None:
+            taken[row["start"] is not None].append((row["iterations"], row["seconds"]))
+    if not taken[True]:
+        return ""
+    words = {}
+    for begun, values in taken.items():
+        iterations, seconds = np.median(values, axis=0) if values else (np.nan, np.nan)
+        words[begun] = f"{iterations:.4g} iterations and {seconds:.3g} s"
+    return (
+        f"<p>{len(taken[True])} of {len(taken[True]) + len(taken[False])} plans begin from the solved plan of the "
+        f"nearest row: median {words[True]}; the others begin from the task alone: {words[False]}.</p>"
+    )
 
 
-def _median(rows: Iterable[Mapping[str, Any]], name: str) -> str:
-    values = [row[name] for row in rows if row[name] is not None]
-    return f"{np.median(values):.3g}" if values else "–"
+def _compared(folder: SweepFolder, against: Path) -> str:
+    """Return the table of what two sweeps have in common."""
+    try:
+        other = read_sweep(against)
+        return _table(comparison(folder.journal.rows(), other.rows(), list(folder.record.columns.inputs)), against)
+    except FesdRobotError as error:
+        return f"<p>Not compared: {html.escape(str(error))}</p>"
 
 
 def _table(found: Comparison, against: Path) -> str:

@@ -42,7 +42,7 @@ RESULTS: Mapping[str, type] = {
 }
 """Column of what came of a row -> type; work of the controls in J, time in s of motion, slides in m, memory in MB."""
 
-_BATCH = 20_000
+_BATCH = 2_000
 """Rows of a table that are in memory at once while it is converted."""
 
 

@@ -134,7 +134,8 @@ def test_locked_joints_move_along(tmp_path: Path) -> None:
 
 def test_meshes_scale() -> None:
     """A quadruped of meshes, with coupled legs and a root in the plane, is drawn and collides larger."""
-    kind = {"root": "sagittal", "coupled": {"FR_HFE": "FL_HFE"}}
+    held = {f"{leg}_HAA": 0.0 for leg in ("FL", "FR", "HL", "HR")}
+    kind = {"root": "sagittal", "locked": held, "coupled": {"FR_HFE": "FL_HFE", "FR_KFE": "FL_KFE"}}
     own = load_robot("example-robot-data:solo12", **kind)  # type: ignore[arg-type]
     scaled = load_scaled("example-robot-data:solo12", ModelScale(length=1.5), **kind)  # type: ignore[arg-type]
     for robot, factor in ((own, 1.0), (scaled, 1.5)):

@@ -72,7 +72,7 @@ def test_killed_at_random_times(tmp_path: Path) -> None:
     assert table.columns["verdict"] == ["solved"] * 1000
 
 
-def test_an_interrupt_notes_what_ran(tmp_path: Path) -> None:
+def test_an_interrupt_notes_what_ran(tmp_path: Path, python_interrupts: None) -> None:
     """Ctrl-C leaves rows that say that they were interrupted, which --resume does again."""
     out = tmp_path / "out"
     program = begun(out, tmp_path / "program.py")
