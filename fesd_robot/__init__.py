@@ -51,6 +51,9 @@ __all__ = [
     "RobotError",
     "SimulationError",
     "SolverError",
+    "SweepError",
+    "SweepSettings",
+    "SweepTable",
     "Task",
     "TaskError",
     "Tracker",
@@ -64,9 +67,11 @@ __all__ = [
     "optimal_control",
     "plan",
     "read_plan",
+    "read_sweep",
     "render_plan",
     "report",
     "simulate",
+    "sweep",
     "tracking_gains",
     "write_plan",
 ]
@@ -87,6 +92,7 @@ if TYPE_CHECKING:
         PlanFileError,
         RobotError,
         SolverError,
+        SweepError,
         TaskError,
     )
     from fesd_robot.fesd import SimulationError
@@ -96,6 +102,7 @@ if TYPE_CHECKING:
     from fesd_robot.replanning import Replanner
     from fesd_robot.running import OutOfTime
     from fesd_robot.simulation import simulate
+    from fesd_robot.sweeps import SweepSettings, SweepTable, read_sweep, sweep
     from fesd_robot.task import Task, load_task
     from fesd_robot.tracking import Tracker, tracking_gains
 else:
@@ -120,6 +127,7 @@ else:
                 "PlanFileError",
                 "RobotError",
                 "SolverError",
+                "SweepError",
                 "TaskError",
             ],
             "fesd_robot.native": ["CompilationError", "NotCompiledYet"],
@@ -128,6 +136,10 @@ else:
             "fesd_robot.replanning": ["Replanner"],
             "fesd_robot.running": ["OutOfTime"],
             "fesd_robot.simulation": ["simulate"],
+            "fesd_robot.sweeps.folder": ["read_sweep"],
+            "fesd_robot.sweeps.run": ["sweep"],
+            "fesd_robot.sweeps.settings": ["SweepSettings"],
+            "fesd_robot.sweeps.table": ["SweepTable"],
             "fesd_robot.task": ["Task", "load_task"],
             "fesd_robot.tracking": ["Tracker", "tracking_gains"],
         },

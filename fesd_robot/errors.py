@@ -86,6 +86,10 @@ class FolderInUseError(PlanFileError):
     """A folder that another run writes to."""
 
 
+class SweepError(FesdRobotError):
+    """A sweep that cannot be begun or gone on with, as one whose scheduler does not answer."""
+
+
 class GroundError(FesdRobotError):
     """A ground that cannot be built, or on which a contact cannot be computed."""
 

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import os
 import platform
 import subprocess
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+import sys
+import time
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import TypeVar
 
+from fesd_robot.sweeps.workers import Outcome, in_processes
+
 Planned = TypeVar("Planned")
-Way = TypeVar("Way")
+Way = TypeVar("Way", bound=Hashable)
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM_IS = (
@@ -41,7 +47,9 @@ def task_parser(description: str, page: Path) -> argparse.ArgumentParser:
 def planned_in_all_ways(
     planned: Callable[[str, Way], Planned], tasks: Sequence[str], ways: Iterable[Way], processes: int
 ) -> Iterator[tuple[str, list[Planned]]]:
-    """Yield the name of each task, and what comes of planning it in each way, several at a time.
+    """Yield the name of each task, and what comes of planning it in each way, several at a time, as they are done.
+
+    A task of which a plan crashes is told, and left out.
 
     Args:
         planned: (name, way) -> what comes of it, in a process of its own.
@@ -49,24 +57,80 @@ def planned_in_all_ways(
         ways: in which each is planned.
         processes: how many.
     """
-    ways = list(ways)
-    with ProcessPoolExecutor(processes) as pool:
-        jobs = {name: [pool.submit(planned, name, way) for way in ways] for name in tasks}
-        for name, own in jobs.items():
-            yield name, [job.result() for job in own]
+    ways, done = list(ways), dict[str, dict[Way, Outcome]]()
+    jobs = [(name, way) for name in tasks for way in ways]
+    for (name, way), outcome in in_processes(partial(_spread, planned), jobs, processes):
+        done.setdefault(name, {})[way] = outcome
+        if len(done[name]) < len(ways):
+            continue
+        outcomes = [done[name][each] for each in ways]
+        if wrong := [f"{each}: {one.message}" for each, one in zip(ways, outcomes, strict=True) if one.verdict]:
+            print(name, "; ".join(wrong), flush=True)
+        else:
+            yield name, [one.value for one in outcomes]
 
 
-def earlier_rows(page: Path, header: Sequence[str]) -> dict[str, list[str]]:
-    """Return the rows of a page that was written before, by task.
+def _spread(planned: Callable[[str, Way], Planned], job: tuple[str, Way]) -> Planned:
+    return planned(*job)
+
+
+class Rows:
+    """The rows of a page, which is drawn from them: a data file beside it that keeps those of earlier runs.
 
     Args:
-        page: with one table of these columns, if it is there.
-        header: the first column is the task.
+        page: the file is the one of its name that ends with ``.json``.
+        header: names of the columns; the first one is what a row is called by.
     """
-    if not page.exists():
-        return {}
-    lines = [line.strip("| \n").split(" | ") for line in page.read_text(encoding="utf-8").splitlines()]
-    return {cells[0]: cells for cells in lines if len(cells) == len(header) and cells[0] not in (header[0], "---")}
+
+    def __init__(self, page: Path, header: Sequence[str]) -> None:
+        self._file, self._header = page.with_suffix(".json"), list(header)
+        known = json.loads(self._file.read_text(encoding="utf-8")) if self._file.exists() else []
+        self._cells: dict[str, list[str]] = {row[header[0]]: [row.get(name, "") for name in header] for row in known}
+
+    @property
+    def by_name(self) -> dict[str, list[str]]:
+        """Name of a row -> its cells."""
+        return dict(self._cells)
+
+    @property
+    def cells(self) -> list[list[str]]:
+        """The cells of all rows, by name."""
+        return [self._cells[name] for name in sorted(self._cells)]
+
+    def only(self, names: Iterable[str]) -> None:
+        """Leave all other rows out, as of tasks that are gone."""
+        kept = set(names)
+        self._cells = {name: cells for name, cells in self._cells.items() if name in kept}
+
+    def put(self, cells: Sequence[str]) -> None:
+        """Put a row in the place of the one that is called so, and write the file."""
+        self._cells[cells[0]] = list(cells)
+        lines = [json.dumps(dict(zip(self._header, each, strict=True)), ensure_ascii=False) for each in self.cells]
+        self._file.write_text("[\n" + ",\n".join(lines) + "\n]\n", encoding="utf-8")
+
+
+def planned_by_command(
+    task: str | Path, folder: Path, overrides: Sequence[str], environment: Mapping[str, str] | None = None
+) -> tuple[float, subprocess.CompletedProcess[str]]:
+    """Run `fesd-robot plan` in a process of its own; return its seconds, from start to end, and how it ended.
+
+    Args:
+        task: file or name.
+        folder: for the results.
+        overrides: ``key=value`` each.
+        environment: variables in place of those of this process.
+    """
+    command = [sys.executable, "-m", "fesd_robot", "plan", str(task), "--quiet", "--out", str(folder)]
+    command += [word for one in overrides for word in ("--set", one)]
+    own, begin = {**os.environ, "OMP_NUM_THREADS": "1", **(environment or {})}, time.perf_counter()
+    done = subprocess.run(command, env=own, capture_output=True, text=True, check=False)
+    return time.perf_counter() - begin, done
+
+
+def made_by(script: str, processes: int) -> str:
+    """Return the sentence with which a page says how it was made."""
+    versions = f"Python {platform.python_version()}, casadi {version('casadi')}"
+    return f"Made by `python scripts/{script}.py TASK ...`, processes: {processes}, {versions}."
 
 
 def program_of(task: str, planned_at: str | None = None) -> str:

@@ -9,16 +9,14 @@ docs/results/effort.md; rows of tasks that are not planned stay as they are.
 from __future__ import annotations
 
 import os
-import platform
 import sys
 import time
 from dataclasses import dataclass
-from importlib.metadata import version
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
-from arguments import PROGRAM_IS, ROOT, earlier_rows, planned_in_all_ways, program_of, task_parser
+from arguments import PROGRAM_IS, ROOT, Rows, made_by, planned_in_all_ways, program_of, task_parser
 from claims import CLAIMS
 
 from fesd_robot import load_task, plan
@@ -92,8 +90,7 @@ def page_of(rows: list[list[str]], processes: int) -> str:
         [
             "# More and less effort than the default call",
             "",
-            f"Made by `python scripts/effort.py TASK ...`, processes: {processes}, Python {platform.python_version()}, "
-            f"casadi {version('casadi')}.",
+            made_by("effort", processes),
             "",
             "Every effort ends with refinement, audit and certificate, and has the fallback settings of a task that is "
             "not solved. Iterations are those of IPOPT in all attempts; seconds are those of one core, compiled "
@@ -110,12 +107,12 @@ def page_of(rows: list[list[str]], processes: int) -> str:
 def main() -> int:
     """Plan every task with every effort and write the table."""
     arguments = task_parser(__doc__, PAGE).parse_args()
-    rows = earlier_rows(arguments.page, HEADER)
+    rows = Rows(arguments.page, HEADER)
     for name, done in planned_in_all_ways(spent, arguments.tasks, EFFORTS, arguments.processes):
-        rows[name] = [name, *[cell for one in done for cell in one.cells()], program_of(name)]
+        rows.put([name, *[cell for one in done for cell in one.cells()], program_of(name)])
         wrong = [f"{effort}: {one.wrong}" for effort, one in zip(EFFORTS, done, strict=True) if one.wrong]
-        print(" ".join([*rows[name], *wrong]), flush=True)
-        arguments.page.write_text(page_of([rows[each] for each in sorted(rows)], arguments.processes), encoding="utf-8")
+        print(" ".join([*rows.by_name[name], *wrong]), flush=True)
+        arguments.page.write_text(page_of(rows.cells, arguments.processes), encoding="utf-8")
     return 0
 
 

@@ -16,8 +16,6 @@ from __future__ import annotations
 import argparse
 import os
 import platform
-import re
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -30,7 +28,7 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
-from arguments import PROGRAM_IS, ROOT, program_of
+from arguments import PROGRAM_IS, ROOT, Rows, planned_by_command, program_of
 from claims import CLAIMS
 from PIL import Image
 
@@ -117,9 +115,8 @@ def plan_anew(entry: Entry, seconds: float, jobs: int) -> int:
         jobs: how many tasks are planned at a time; they share the cores.
     """
     processes = max(1, (os.cpu_count() or 1) // jobs)
-    command = [sys.executable, "-m", "fesd_robot.cli", "plan", str(entry.file), "--out", str(entry.folder), "--quiet"]
-    limit = ["--set", f"solver.time_limit={seconds:g}", "--set", f"solver.processes={processes}"]
-    done = subprocess.run([*command, *limit], capture_output=True, text=True, check=False)
+    limits = [f"solver.time_limit={seconds:g}", f"solver.processes={processes}"]
+    _, done = planned_by_command(entry.file, entry.folder, limits)
     print(f"{entry.name}: {'solved' if done.returncode == 0 else done.stderr.strip()}", flush=True)
     return done.returncode
 
@@ -131,7 +128,7 @@ def seconds_of(plan: Plan) -> float:
 
 def row(entry: Entry) -> list[str]:
     """Return the cells of one task."""
-    start, plan = [f"[{entry.name}](../../tasks/{entry.file.name})", entry.purpose], entry.plan()
+    start, plan = [entry.name, entry.purpose], entry.plan()
     if plan is None:
         return [*start, *[""] * (len(COLUMNS) - 3), NOT_PLANNED]
     status, effort, attempts = plan.status, plan.statistics, plan.statistics.attempts
@@ -153,6 +150,13 @@ def row(entry: Entry) -> list[str]:
         program_of(entry.name, plan.provenance.git),
         f"solved{many}" if status.solved else f"not solved: {status.message.split('; try')[0]}",
     ]
+
+
+def keep(entry: Entry, rows: Rows) -> None:
+    """Put the row of a task among those of all; one that has no plan keeps the row that it had."""
+    cells = row(entry)
+    if cells[-1] != NOT_PLANNED or entry.name not in rows.by_name:
+        rows.put(cells)
 
 
 def replay_words(plan: Plan) -> str:
@@ -189,34 +193,22 @@ def outcome_cells(outcome: Outcome | None) -> list[str]:
     return [*misses, flight_words(contacts), f"{max(slides):.3g} m" if slides else "none"]
 
 
-def earlier_rows(text: str) -> dict[str, list[str]]:
-    """Return name of a task -> its cells in a page."""
-    lines = re.findall(r"^\| (\[(\w+)\].*) \|$", text, flags=re.MULTILINE)
-    return {name: [cell.strip() for cell in line.split(" | ")] for line, name in lines}
-
-
-def page(all_entries: Sequence[Entry], command: str, before: str = "") -> str:
+def page(rows: Rows, command: str) -> str:
     """Return the table as a page.
 
     Args:
-        all_entries: all tasks.
+        rows: of all tasks, by their names.
         command: with which it is made.
-        before: the page as it was; a task that has no plan keeps its row of it.
     """
-    known = earlier_rows(before)
-    rows = [row(entry) for entry in all_entries]
-    rows = [
-        known.get(entry.name, cells) if cells[-1] == NOT_PLANNED else cells
-        for entry, cells in zip(all_entries, rows, strict=True)
-    ]
-    solved = sum(cells[-1].startswith("solved") for cells in rows)
+    lines = [[f"[{cells[0]}](../../tasks/{cells[0]}.yaml)", *cells[1:]] for cells in rows.cells]
+    solved = sum(cells[-1].startswith("solved") for cells in lines)
     return "\n".join(
         [
             "# All tasks",
             "",
             f"Made by `{command}`, Python {platform.python_version()}, casadi {version('casadi')}. {PROGRAM_IS}",
             "",
-            f"**{solved} of {len(rows)} solved**: complementarity within `solver.tolerance` and the physics audit "
+            f"**{solved} of {len(lines)} solved**: complementarity within `solver.tolerance` and the physics audit "
             "passed. Variables and pairs are those of the attempt that was kept; iterations and wall seconds, "
             "building and certificate included, of all attempts of one run, some with other work beside it. The goal "
             "is missed by the largest difference of each unit; flights and the longest slide are those of all "
@@ -228,15 +220,16 @@ def page(all_entries: Sequence[Entry], command: str, before: str = "") -> str:
             "",
             f"| {' | '.join(COLUMNS)} |",
             f"| --- | --- |{' --: |' * (len(COLUMNS) - 5)} --- | --- | --- |",
-            *(f"| {' | '.join(cells)} |" for cells in rows),
+            *(f"| {' | '.join(cells)} |" for cells in lines),
             "",
         ]
     )
 
 
-def marked_long(text: str) -> set[str]:
-    """Return the names of the tasks that a page marks as long."""
-    return set(re.findall(r"^\| \[(\w+)\].*\d long \|", text, flags=re.MULTILINE))
+def marked_long(rows: Rows) -> set[str]:
+    """Return the names of the tasks that take long."""
+    at = COLUMNS.index("seconds")
+    return {name for name, cells in rows.by_name.items() if cells[at].endswith(" long")}
 
 
 def task_list(all_entries: Sequence[Entry], columns: int = 3) -> str:
@@ -328,7 +321,9 @@ def main(words: Sequence[str] | None = None) -> int:
     """Plan what was asked for and write table, pictures and list."""
     arguments = parse([entry.name for entry in entries(ROOT / "runs")], words)
     every = entries(arguments.runs.resolve())
-    left_out = marked_long(PAGE.read_text(encoding="utf-8")) if arguments.short and PAGE.is_file() else set()
+    rows = Rows(PAGE, COLUMNS)
+    rows.only(entry.name for entry in every)
+    left_out = marked_long(rows) if arguments.short else set()
     wanted = set(arguments.tasks or [entry.name for entry in every]) - left_out
     chosen = [entry for entry in every if entry.name in wanted]
     codes = []
@@ -337,9 +332,9 @@ def main(words: Sequence[str] | None = None) -> int:
             codes = list(pool.map(lambda entry: plan_anew(entry, arguments.time_limit, arguments.jobs), chosen))
     for entry in every:
         draw(entry)
+        keep(entry, rows)
     command = told(sys.argv[1:] if words is None else words)
-    before = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
-    PAGE.write_text(page(every, command, before), encoding="utf-8")
+    PAGE.write_text(page(rows, command), encoding="utf-8")
     TASK_LIST.write_text(with_list(TASK_LIST.read_text(encoding="utf-8"), task_list(every)), encoding="utf-8")
     return 1 if any(codes) else 0
 

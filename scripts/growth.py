@@ -13,10 +13,8 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -25,7 +23,7 @@ import matplotlib as mpl
 
 mpl.use("svg")
 import matplotlib.pyplot as plt
-from arguments import ROOT, program_of
+from arguments import ROOT, Rows, planned_by_command, program_of
 
 from fesd_robot.plans.tables import markdown_table
 
@@ -51,11 +49,8 @@ def planned(jumps: int, folder: Path) -> tuple[float, dict[str, Any]]:
         f"horizon.intervals={INTERVALS * jumps}",
         f"goal.configuration.root_x={jumps}",
     ]
-    command = [sys.executable, "-m", "fesd_robot", "plan", str(ROOT / "tasks" / "hopper_five_jumps.yaml")]
-    command += ["--quiet", "--out", str(folder), *(word for change in changes for word in ("--set", change))]
-    begin = time.perf_counter()
-    subprocess.run(command, check=False, env={**os.environ, "OMP_NUM_THREADS": "1"})
-    return time.perf_counter() - begin, json.loads((folder / "plan.json").read_text())
+    seconds, _ = planned_by_command(ROOT / "tasks" / "hopper_five_jumps.yaml", folder, changes)
+    return seconds, json.loads((folder / "plan.json").read_text())
 
 
 def main() -> int:
@@ -65,7 +60,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeat", type=int, default=3, help="plans of each")
     repeat = parser.parse_args().repeat
-    rows, a_jump, solved = [], dict[int, float](), True
+    rows, a_jump, solved = Rows(PAGE, HEADER), dict[int, float](), True
     with tempfile.TemporaryDirectory() as folder:
         for jumps in JUMPS:
             runs = [planned(jumps, Path(folder) / f"{jumps}-{number}") for number in range(repeat)]
@@ -73,24 +68,18 @@ def main() -> int:
             statistics, status = plan["statistics"], plan["status"]
             a_jump[jumps] = seconds / jumps
             solved = solved and status["solved"]
-            rows.append(
-                [
-                    str(jumps),
-                    f"{seconds:.1f}",
-                    f"{a_jump[jumps]:.2f}",
-                    str(statistics["iterations"]),
-                    str(statistics["variables"]),
-                    f"{statistics['objective'] / jumps:.4g}",
-                    str(len(statistics["search"]["sequences"] or [])),
-                    "yes" if status["solved"] else "no",
-                ]
-            )
-            print(" | ".join(rows[-1]), flush=True)
+            cost = f"{statistics['objective'] / jumps:.4g}"
+            sizes = [statistics["iterations"], statistics["variables"]]
+            tried = len(statistics["search"]["sequences"] or [])
+            cells = [jumps, f"{seconds:.1f}", f"{a_jump[jumps]:.2f}", *sizes, cost, tried]
+            rows.put([*map(str, cells), "yes" if status["solved"] else "no"])
+            print(" | ".join(rows.by_name[str(jumps)]), flush=True)
+    in_order = sorted(rows.cells, key=lambda cells: int(cells[0]))
     PAGE.write_text(
         "# Growth with the horizon\n\nWritten by `scripts/growth.py`: the hopper of hopper_five_jumps with one to "
         f"twenty jumps, {INTERVALS} control intervals each; whole calls on {os.cpu_count()} cores, functions compiled "
         f"before, medians of {repeat}. A jump of twenty takes {a_jump[20] / a_jump[2]:.2f} times as long as one of "
-        f"two. Program: {program_of('hopper_five_jumps')}.\n\n{markdown_table(HEADER, rows)}\n\n"
+        f"two. Program: {program_of('hopper_five_jumps')}.\n\n{markdown_table(HEADER, in_order)}\n\n"
         "![Seconds of a plan over the number of its jumps](../images/growth.svg)\n",
         encoding="utf-8",
     )

@@ -10,19 +10,16 @@ the sequence of contacts differs, or if a task is not solved on one of them.
 
 from __future__ import annotations
 
-import argparse
 import os
-import platform
 import sys
 import time
-from importlib.metadata import version
 from itertools import groupby
 from unittest import mock
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
-from arguments import PROGRAM_IS, ROOT, earlier_rows, planned_in_all_ways, program_of, task_parser
+from arguments import PROGRAM_IS, ROOT, Rows, made_by, planned_in_all_ways, program_of, task_parser
 from moved_start import MOVED, moved, moved_branches
 
 from fesd_robot.contact import ContactMode
@@ -74,14 +71,13 @@ def agrees(row: list[str]) -> bool:
     return "✗" not in " ".join(row) and (near or cells["same contacts"] == "yes")
 
 
-def page_of(rows: dict[str, list[str]], arguments: argparse.Namespace) -> str:
+def page_of(rows: list[list[str]], processes: int) -> str:
     """Return the page with the rows of all tasks so far."""
-    agreeing = sum(agrees(row) for row in rows.values())
+    agreeing = sum(agrees(row) for row in rows)
     lines = [
         "# The same task on five processors",
         "",
-        f"Made by `python scripts/repeatability.py TASK ...`, processes: {arguments.processes}, "
-        f"Python {platform.python_version()}, casadi {version('casadi')}.",
+        made_by("repeatability", processes),
         "",
         "Costs of the default call with our linear solver and with MUMPS, with compiled and with interpreted "
         f"functions, and with all starts of NLPs moved by {MOVED:g}, twice; ✗: not solved. Contacts are the same if "
@@ -90,7 +86,7 @@ def page_of(rows: dict[str, list[str]], arguments: argparse.Namespace) -> str:
         f"**{agreeing} of {len(rows)}** tasks are solved on all of them, with the same contacts or with "
         f"costs within {100 * SPREAD:g} %.",
         "",
-        markdown_table(HEADER, [rows[name] for name in sorted(rows)]),
+        markdown_table(HEADER, rows),
     ]
     return "\n".join(lines)
 
@@ -98,7 +94,7 @@ def page_of(rows: dict[str, list[str]], arguments: argparse.Namespace) -> str:
 def main() -> int:
     """Plan every task on every processor and write the table."""
     arguments = task_parser(__doc__, PAGE).parse_args()
-    rows = earlier_rows(arguments.page, HEADER)
+    rows = Rows(arguments.page, HEADER)
     for name, done in planned_in_all_ways(planned, arguments.tasks, PROCESSORS, arguments.processes):
         plans = [one for one, _ in done]
         costs = [one.statistics.objective for one in plans]
@@ -107,10 +103,11 @@ def main() -> int:
         cells = [f"{cost:.6g}" + ("" if one.status.solved else " ✗") for cost, one in zip(costs, plans, strict=True)]
         seconds = np.median([took for _, took in done])
         contacts = "yes" if same else "no"
-        rows[name] = [name, *cells, f"{100 * spread:.2g} %", contacts, f"{seconds:.0f}", program_of(name)]
-        print(" ".join(rows[name]), flush=True)
-        arguments.page.write_text(page_of(rows, arguments), encoding="utf-8")
-    return 0 if all(agrees(rows[name]) for name in arguments.tasks) else 1
+        rows.put([name, *cells, f"{100 * spread:.2g} %", contacts, f"{seconds:.0f}", program_of(name)])
+        print(" ".join(rows.by_name[name]), flush=True)
+        arguments.page.write_text(page_of(rows.cells, arguments.processes), encoding="utf-8")
+    known = rows.by_name
+    return 0 if all(name in known and agrees(known[name]) for name in arguments.tasks) else 1
 
 
 if __name__ == "__main__":

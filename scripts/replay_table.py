@@ -17,8 +17,10 @@ from typing import Any
 
 from fesd_robot import FesdRobotError, Plan, read_plan
 from fesd_robot.in_mujoco import CONTROLLERS, Replay, replay
+from fesd_robot.plans.tables import markdown_table
 
 RESULTS = Path(__file__).resolve().parents[1] / "docs" / "results"
+HEADER = ("plan", *CONTROLLERS, "landings with the LQR, ms", "effort used", "what is different in MuJoCo")
 RMS, LANDING, TARGET = 2e-3, 5e-3, "lqr"
 """m, s; what a run with the LQR is measured by."""
 
@@ -96,29 +98,27 @@ def page(rows: Sequence[dict[str, Any]]) -> str:
         f"With the LQR {held} of {len(rows)} have an error of their bodies of at most {1e3 * RMS:g} mm and every "
         f"landing within {1e3 * LANDING:g} ms.",
         "",
-        f"| plan | {' | '.join(CONTROLLERS)} | landings with the LQR, ms | effort used | what is different in MuJoCo |",
-        "|---" * (5 + len(CONTROLLERS) - 1) + "|",
+        markdown_table(HEADER, [cells_of(row) for row in rows]),
     ]
-    for row in rows:
-        runs = {each["controller"]: each for each in row["runs"]}
-        cells = [_distance(runs.get(name)) for name in CONTROLLERS]
-        target = runs.get(TARGET)
-        landing = _landing(target) if target else "–"
-        effort = f"{100 * target['effort']:.0f} %" if target else "–"
-        lines.append(f"| {row['plan']} | {' | '.join(cells)} | {landing} | {effort} | {'; '.join(row['notes'])} |")
-    told = [row for row in rows if any(each["perturbed"] for each in row["runs"])]
-    if told:
-        lines += [
-            "",
-            "## Perturbed",
-            "",
-            f"| plan | {' | '.join(CONTROLLERS)} |",
-            "|---" * (1 + len(CONTROLLERS)) + "|",
-        ]
-        for row in told:
-            counts = [f"{each['perturbed']['finished']} of {len(each['perturbed']['runs'])}" for each in row["runs"]]
-            lines.append(f"| {row['plan']} | {' | '.join(counts)} |")
-    return "\n".join(lines) + "\n"
+    if told := [row for row in rows if any(each["perturbed"] for each in row["runs"])]:
+        lines += ["## Perturbed", "", markdown_table(["plan", *CONTROLLERS], [finished(row) for row in told])]
+    return "\n".join(lines)
+
+
+def cells_of(row: dict[str, Any]) -> list[str]:
+    """Return the cells of a plan."""
+    runs = {each["controller"]: each for each in row["runs"]}
+    target = runs.get(TARGET)
+    landing = _landing(target) if target else "–"
+    effort = f"{100 * target['effort']:.0f} %" if target else "–"
+    distances = [_distance(runs.get(name)) for name in CONTROLLERS]
+    return [row["plan"], *distances, landing, effort, "; ".join(row["notes"])]
+
+
+def finished(row: dict[str, Any]) -> list[str]:
+    """Return how many of the perturbed runs of a plan have finished, by controller."""
+    runs = [each["perturbed"] for each in row["runs"]]
+    return [row["plan"], *(f"{each['finished']} of {len(each['runs'])}" for each in runs)]
 
 
 def _distance(entry: dict[str, Any] | None) -> str:

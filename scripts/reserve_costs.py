@@ -12,10 +12,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from arguments import ROOT, Rows
 
 from fesd_robot import Plan, read_plan
+from fesd_robot.plans.tables import markdown_table
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "results" / "reserve.md"
+PAGE = ROOT / "docs" / "results" / "reserve.md"
+HEADER = (
+    "task", "cost without", "cost with", "change", "cone without", "cone with", "effort without", "effort with"
+)  # fmt: skip
 
 
 def friction_of(plan: Plan) -> float | None:
@@ -41,7 +46,7 @@ def commits(plans: Sequence[Plan]) -> str:
     return ", ".join(sorted({each.provenance.git for each in plans}))
 
 
-def row(without: Plan, reserved: Plan) -> str:
+def row(without: Plan, reserved: Plan) -> list[str]:
     """Return the line of a task."""
     costs = [each.statistics.objective for each in (without, reserved)]
     solved = ["" if each.status.solved else " (not solved)" for each in (without, reserved)]
@@ -50,8 +55,7 @@ def row(without: Plan, reserved: Plan) -> str:
         for share in (friction_of(without), friction_of(reserved), effort_of(without), effort_of(reserved))
     ]
     change = f"{100 * (costs[1] / costs[0] - 1):+.1f} %"
-    cells = [without.name, f"{costs[0]:.4g}{solved[0]}", f"{costs[1]:.4g}{solved[1]}", change, *shares]
-    return f"| {' | '.join(cells)} |"
+    return [without.name, f"{costs[0]:.4g}{solved[0]}", f"{costs[1]:.4g}{solved[1]}", change, *shares]
 
 
 def main() -> int:
@@ -67,6 +71,9 @@ def main() -> int:
         for name in names
         if (arguments.without / name / "plan.json").is_file()
     ]
+    rows = Rows(arguments.page, HEADER)
+    for pair in pairs:
+        rows.put(row(*pair))
     asked = sorted({str(reserved.task.get("reserve")) for _, reserved in pairs})
     lines = [
         "# What a reserve costs",
@@ -76,11 +83,9 @@ def main() -> int:
         "the largest of any contact that sticks or lands, and of any control. Plans without a reserve were made at "
         f"{commits([without for without, _ in pairs])}, those with one at {commits([other for _, other in pairs])}.",
         "",
-        "| task | cost without | with | change | cone without | with | effort without | with |",
-        "|---|---|---|---|---|---|---|---|",
-        *(row(*pair) for pair in pairs),
+        markdown_table(HEADER, rows.cells),
     ]
-    arguments.page.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    arguments.page.write_text("\n".join(lines), encoding="utf-8")
     return 0
 
 

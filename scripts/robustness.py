@@ -16,11 +16,10 @@ import json
 import os
 import platform
 import sys
-import tempfile
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
@@ -32,6 +31,7 @@ from variations import Variation, variations
 
 from fesd_robot import plan
 from fesd_robot.plans.tables import markdown_table
+from fesd_robot.sweeps.workers import Outcome, in_processes
 
 PAGE = ROOT / "docs" / "results" / "robustness.md"
 NEEDED = 0.95
@@ -80,11 +80,10 @@ class Row:
         return [*known, *numbers, self.stationarity, self.first_message.partition(". ")[0]]
 
 
-def planned(variation: Variation, overrides: list[str], made: str) -> Row:
+def planned(overrides: list[str], made: str, variation: Variation) -> Row:
     """Plan one variation; `made` says how."""
     begin = time.perf_counter()
-    with tempfile.TemporaryDirectory() as folder:
-        result = plan(variation.task(Path(folder), *overrides))
+    result = plan(variation.task(*overrides))
     assert result.outcome is not None
     contacts, attempts = result.outcome.contacts.values(), result.statistics.attempts
     first = attempts[0]
@@ -104,6 +103,13 @@ def planned(variation: Variation, overrides: list[str], made: str) -> Row:
         made=made,
         program=program_of(variation.name),
     )
+
+
+def lost(variation: Variation, outcome: Outcome, made: str) -> Row:
+    """Return the row of a variation whose process did not return."""
+    empty = Row(variation.name, variation.seed, variation.what, False, 1, 0, 0.0, 0, 0.0, 0.0, "", "", made, "")
+    program = program_of(variation.name)
+    return replace(empty, seconds=outcome.seconds, first_message=outcome.message, program=program)
 
 
 def with_rows(file: Path, new: list[Row]) -> tuple[list[Row], dict[str, float]]:
@@ -191,11 +197,11 @@ def main() -> int:
     command = " ".join(["python scripts/robustness.py TASK ...", *(f"--set {one}" for one in overrides)])
     made = f"`{command}`, processes: {arguments.processes}"
     file, rows = arguments.page.with_suffix(".json"), list[Row]()
-    with ProcessPoolExecutor(arguments.processes) as pool:
-        for job in [pool.submit(planned, variation, overrides, made) for variation in chosen]:
-            rows.append(row := job.result())
-            print(" ".join(row.cells(None)), flush=True)
-            arguments.page.write_text(page(*with_rows(file, rows)), encoding="utf-8")  # the script may be ended
+    for variation, outcome in in_processes(partial(planned, overrides, made), chosen, arguments.processes):
+        row: Row = outcome.value if outcome.verdict is None else lost(variation, outcome, made)
+        rows.append(row)
+        print(" ".join(row.cells(None)), flush=True)
+        arguments.page.write_text(page(*with_rows(file, rows)), encoding="utf-8")  # the script may be ended
     first = sum(row.solved_at_first for row in rows)
     print(f"{first} of {len(rows)} at the first attempt, {sum(row.solved for row in rows)} by the call")
     return 0 if first >= NEEDED * len(rows) else 1

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from arguments import PROGRAM_IS, ROOT, earlier_rows, program_of
+from arguments import PROGRAM_IS, ROOT, Rows, program_of
 
 from fesd_robot.plans import Plan, read_plan
 from fesd_robot.plans.tables import markdown_table
@@ -83,12 +83,12 @@ def main() -> int:
     parser.add_argument("--runs", type=Path, default=ROOT / "runs", help="folder of plans, one a task")
     parser.add_argument("--page", type=Path, default=PAGE)
     arguments = parser.parse_args()
-    rows = earlier_rows(arguments.page, HEADER)
+    rows = Rows(arguments.page, HEADER)
     for file in sorted(arguments.runs.glob("*/plan.json")):
         result = read_plan(file)
         if result.status.solved:
-            rows[result.name] = row_of(result)
-    arguments.page.write_text(page_of([rows[name] for name in sorted(rows)]), encoding="utf-8")
+            rows.put(row_of(result))
+    arguments.page.write_text(page_of(rows.cells), encoding="utf-8")
     return 0
 
 

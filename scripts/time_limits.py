@@ -14,15 +14,13 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import subprocess
 import sys
 import tempfile
-import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from arguments import PROGRAM_IS, ROOT, program_of
+from arguments import PROGRAM_IS, ROOT, planned_by_command, program_of
 
 from fesd_robot.plans.tables import markdown_table
 
@@ -96,13 +94,7 @@ def timed(task: str, cache: str, limit: float) -> Row:
     with tempfile.TemporaryDirectory() as folder:
         own = {"FESD_ROBOT_CACHE": f"{folder}/cache"} if cache == "cold" else {}
         overrides = [f"solver.time_limit={limit}", "output.page=false", "output.figures=false"]
-        command = [sys.executable, "-m", "fesd_robot", "plan", "-q", task, "--out", f"{folder}/run"]
-        command += [word for one in overrides for word in ("--set", one)]
-        begin = time.monotonic()
-        done = subprocess.run(
-            command, env={**os.environ, "OMP_NUM_THREADS": "1", **own}, capture_output=True, check=False
-        )
-        seconds = time.monotonic() - begin
+        seconds, done = planned_by_command(task, Path(folder) / "run", overrides, own)
     return Row(task, cache, limit, seconds, ENDS.get(done.returncode, f"exit {done.returncode}"), program_of(task))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -82,7 +81,6 @@ class Variation:
         seed: of the variation.
         what: is changed, in words.
         overrides: keys of the task and their values.
-        mass: factor on all masses and inertias of the model.
         other_guess: only the initial guess is another one, so that the motions are those of the task.
         wider: the task has no motion that the variation forbids, and both cost the same.
     """
@@ -91,25 +89,16 @@ class Variation:
     seed: int
     what: str
     overrides: tuple[str, ...] = ()
-    mass: float = 1.0
     other_guess: bool = False
     wider: bool = False
 
-    def task(self, folder: Path, *further: str) -> Task:
-        """Return the task; a changed model is written into a folder.
+    def task(self, *further: str) -> Task:
+        """Return the task.
 
         Args:
-            folder: for the model.
             further: overrides beside the variation's own.
         """
-        file = ROOT / "tasks" / f"{self.name}.yaml"
-        overrides = [*self.overrides, *further]
-        if self.mass != 1.0:
-            model = file.parent / load_task(file).robot.model
-            changed = folder / f"{self.name}_{self.seed}.urdf"
-            changed.write_text(_heavier(model.read_text(encoding="utf-8"), self.mass), encoding="utf-8")
-            overrides.append(f"robot.model={changed}")
-        return load_task(file, overrides)
+        return load_task(ROOT / "tasks" / f"{self.name}.yaml", [*self.overrides, *further])
 
 
 def variations() -> list[Variation]:
@@ -139,7 +128,7 @@ def _variation(name: str, seed: int, task: Task, varied: Varied, kind: str, draw
         return Variation(name, seed, f"initial guess {seed + 1}", (f"solver.seed={seed + 1}",), other_guess=True)
     if kind == "robot":
         factor = round(float(draw.uniform(0.8, 1.2)), 3)
-        return Variation(name, seed, f"masses x {factor:g}", mass=factor)
+        return Variation(name, seed, f"masses x {factor:g}", (f"robot.scale.mass={factor}",))
     if kind == "goal":
         fixed, moved = (task.initial, task.goal) if varied.end == "goal" else (task.goal, task.initial)
         assert varied.coordinate
@@ -204,13 +193,3 @@ def _at(task: Task, key: str) -> float:
     for part in key.split("."):
         value = value[part] if isinstance(value, dict) else getattr(value, part)
     return float(value)
-
-
-def _heavier(urdf: str, factor: float) -> str:
-    """Return a model with all masses and inertias multiplied by a factor."""
-
-    def scaled(match: re.Match[str]) -> str:
-        return f'{match[1]}="{factor * float(match[2]):.9g}"'
-
-    urdf = re.sub(r'(?<=<mass )(value)="([-\d.eE+]+)"', scaled, urdf)
-    return re.sub(r'\b(i[xyz][xyz])="([-\d.eE+]+)"', scaled, urdf)

@@ -40,6 +40,7 @@ SLOW = {
     "scripts",
     "simulation",
     "starts",
+    "sweeps",
     "test_actions.py",
     "test_distance_plan.py",
     "test_mujoco_robots.py",

@@ -69,10 +69,11 @@ BELOW: dict[str, set[str]] = {
         "starts", "task", "tracking",
     },
     "in_mujoco": {"contact", "ocp", "plans", "render", "replanning", "robot", "simulation", "task", "tracking"},
+    "sweeps": {"examples", "ocp", "planning", "plans", "render", "robot", "running", "task"},
     "actions": {"explanation", "fesd", "ocp", "phases", "plans", "recovery", "render", "robot", "task", "tracking"},
     "cli": {
         "actions", "examples", "explanation", "first_task", "in_mujoco", "mpcc", "ocp", "planning", "plans", "render",
-        "replanning", "robot", "running", "simulation", "task",
+        "replanning", "robot", "running", "simulation", "sweeps", "task",
     },
 }  # fmt: skip
 """Room, or module beside the rooms -> what it may use, besides `GROUND_FLOOR`, from below it."""

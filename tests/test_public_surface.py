@@ -21,7 +21,7 @@ from fesd_robot.task import Task
 SOURCES = Path(fesd_robot.__file__).parent
 ROOMS = (
     "explanation", "in_mujoco", "ocp", "planning", "plans", "recovery", "refinement", "render", "replanning", "replay",
-    "robot", "running", "simulation", "starts", "task", "tracking",
+    "robot", "running", "simulation", "starts", "sweeps", "task", "tracking",
 )  # fmt: skip
 LAZY = ("fesd_robot", *(f"fesd_robot.{room}" for room in ROOMS))
 HEAVY = ("casadi", "pinocchio", "numpy", "scipy", "pydantic", "ruamel", "meshcat", "matplotlib", "typer", "rich")

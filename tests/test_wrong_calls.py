@@ -25,7 +25,8 @@ MADE_BY_PROGRAM = {
     "Certificate", "Clock", "ComplementaritySystem", "Conflict", "CrossComplementarity", "Demand", "Element", "Form",
     "Impulse", "Jump", "MpccSolution", "NlpReport", "NlpStatus", "Note", "OptimalControlSolution", "PairPolisher",
     "PathBetween", "Phase", "Plan", "Polisher", "PolishingReport", "RelaxedCost", "RelaxedNlp", "Residuals", "Scheme",
-    "Sensitivity", "Simulation", "StartReport", "StepEquilibration", "StepReport", "Tableau", "Task", "Trial",
+    "Sensitivity", "Simulation", "StartReport", "StepEquilibration", "StepReport", "SweepTable", "Tableau", "Task",
+    "Trial",
 }  # fmt: skip
 """Values that functions return or take from each other, types, and those that pydantic checks."""
 

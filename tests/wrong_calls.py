@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
+from ruamel.yaml import YAML
 
 import fesd_robot
 from fesd_robot import dcs, fesd, mpcc, optimal_control
@@ -93,6 +94,14 @@ class Public(NamedTuple):
         return [one.name for one in single if one.kind != one.VAR_POSITIONAL]
 
 
+SWEEP = {
+    "task": "published_hopper_one_jump",
+    "set": {key: YAML(typ="safe", pure=True).load(value) for key, _, value in (one.partition("=") for one in HASTY)},
+    "vary": {"goal.configuration.root_x": [0.1]},
+}
+"""A sweep of one row."""
+
+
 @cache
 def relay() -> dcs.ComplementaritySystem:
     """x' = -sign(x) + u / 2."""
@@ -137,6 +146,7 @@ def public(folder: Path) -> Iterator[Public]:
     w = np.array(mathematical.start)
     quick = mpcc.Run(mpcc.HomotopyOptions(max_iterations=1))
     quiet: dict[str, Any] = {"progress": None}
+    once = fesd_robot.SweepSettings(jobs=1, resume=True)
     table: list[tuple[Any, str, dict[str, Any]]] = [
         (fesd_robot, "load_task", {"path": "hopper_one_jump", "overrides": ["horizon.intervals=3"]}),
         (fesd_robot, "explain", {"task": task}),
@@ -157,6 +167,9 @@ def public(folder: Path) -> Iterator[Public]:
         ),
         (fesd_robot, "report", {"plan": planned, "picture": None}),
         (fesd_robot, "simulate", {"what": task}),
+        (fesd_robot, "sweep", {"sweep": SWEEP, "out": folder / "sweep", "settings": once}),
+        (fesd_robot, "SweepSettings", {"jobs": 1}),
+        (fesd_robot, "read_sweep", {"folder": folder / "sweep"}),
         (fesd_robot, "tracking_gains", {"plan": exact}),
         (fesd_robot, "Tracker", {"plan": exact}),
         (dcs, "stewart", {"model": model, "subsystems": regions}),

@@ -22,6 +22,7 @@ from fesd_robot.cli.report import report
 from fesd_robot.cli.robots import robots
 from fesd_robot.cli.schema import schema
 from fesd_robot.cli.simulate import simulate
+from fesd_robot.cli.sweep import sweep
 
 app = typer.Typer(
     name="fesd-robot",
@@ -53,5 +54,7 @@ def program(
     set_up_logging(verbose)
 
 
-for command in (plan, refine, improve, simulate, replay, check, report, render, export, examples, new, robots, schema):
+for command in (
+    plan, refine, improve, sweep, simulate, replay, check, report, render, export, examples, new, robots, schema,
+):  # fmt: skip
     app.command(cls=ExportCommand if command is export else None)(command)

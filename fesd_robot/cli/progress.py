@@ -305,5 +305,9 @@ def progress_for(quiet: bool, table: bool = False) -> Progress:
     from rich.console import Console
 
     console = Console()
-    is_live = console.is_terminal and not console.is_dumb_terminal
-    return LiveProgress(console, table) if is_live else PlainProgress(table)
+    return LiveProgress(console, table) if is_live(console) else PlainProgress(table)
+
+
+def is_live(console: Console) -> bool:
+    """Return whether a line can be changed where the output goes."""
+    return console.is_terminal and not console.is_dumb_terminal

@@ -9,7 +9,7 @@ from typing import Literal
 
 from fesd_robot.errors import TaskError, nearest, nearest_file
 
-TASKS, MODELS = "tasks", "models"
+TASKS, MODELS, SWEEPS = "tasks", "models", "sweeps"
 """Folders of the examples; tasks name models relative to their own."""
 
 SIMULATED = "simulated"
@@ -99,6 +99,34 @@ def find_task(given: str | Path) -> Path:
     hint = nearest_file(path.with_suffix(_SUFFIX)) or nearest(str(given), tasks)
     raise TaskError(
         f"found '{given}', expected a task file or the name of a task that `fesd-robot examples` lists{hint}"
+    )
+
+
+def shipped_sweeps() -> dict[str, Path]:
+    """Return the sweeps that come with the program: name -> file."""
+    return {file.stem: file for file in sorted((shipped_folder() / SWEEPS).glob(f"*{_SUFFIX}"))}
+
+
+def find_sweep(given: str | Path) -> Path:
+    """Return the sweep file that a path or the name of a shipped sweep stands for.
+
+    Args:
+        given: a path, which need not exist, or a name without folder and suffix.
+
+    Raises:
+        TaskError: for a name that is neither, with the nearest name.
+    """
+    path = Path(given)
+    if not path.name:
+        raise TaskError(f"found '{given}', expected a sweep file or the name of a sweep")
+    if path.is_file() or path.suffix or path.name != str(given):
+        return path
+    sweeps = shipped_sweeps()
+    if str(given) in sweeps:
+        return sweeps[str(given)]
+    raise TaskError(
+        f"found '{given}', expected a sweep file or the name of a sweep that comes with the program"
+        f"{nearest_file(path.with_suffix(_SUFFIX)) or nearest(str(given), sweeps)}"
     )
 
 

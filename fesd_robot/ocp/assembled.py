@@ -11,7 +11,7 @@ from fesd_robot.contact import Scene
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.ocp.contact_places import with_contact_frames
 from fesd_robot.ocp.formulation import MotionProblem
-from fesd_robot.ocp.free_bodies import joint_values, with_bodies, without_dry_friction
+from fesd_robot.ocp.free_bodies import joint_values, scale_of, with_bodies, without_dry_friction
 from fesd_robot.plans import (
     Audit,
     Outcome,
@@ -31,7 +31,7 @@ from fesd_robot.robot import (
     Robot,
     Root,
     configuration_units,
-    load_robot,
+    load_scaled,
     square_placements,
     velocity_units,
     with_joint_properties,
@@ -136,7 +136,7 @@ def model_motion_of(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
     free = full.robot
     if any(section.root != "fixed" for section in (task.robot, *task.bodies.values())):
         root: Root = "fixed" if task.robot.root == "fixed" else "free_flyer"
-        free = load_robot(task.locate_model(), root=root, search_path=task.folder)
+        free = load_scaled(task.locate_model(), scale_of(task.robot), root=root, search_path=task.folder)
         if task.robot.root == "sagittal":
             square_placements(free.model)
         free = with_bodies(task, free, locked=False, floating=True)
@@ -196,7 +196,7 @@ def _full_robot(motion: MotionProblem) -> Robot:
     def shared(values: Mapping[str, float]) -> dict[str, float]:
         return {joint: value / len(parts[name]) for name, value in values.items() for joint in parts[name]}
 
-    full = load_robot(task.locate_model(), root=section.root, search_path=task.folder)
+    full = load_scaled(task.locate_model(), scale_of(section), root=section.root, search_path=task.folder)
     full = with_bodies(task, without_dry_friction(section, full), locked=False)
     full = with_contact_frames(task, full)
     return with_joint_properties(

@@ -19,8 +19,10 @@ from fesd_robot.robot import (
     name_on,
     with_joint_properties,
 )
+from fesd_robot.robot.scaled import ModelScale
 from fesd_robot.robot.simple_body import simple_body
 from fesd_robot.task import AXES, BallBody, BoxBody, CylinderBody, ModelBody, Task
+from fesd_robot.task import Robot as RobotSection
 
 
 def with_bodies(task: Task, robot: Robot, *, locked: bool = True, floating: bool = False) -> Robot:
@@ -62,6 +64,12 @@ def joint_values(task: Task, key: str) -> dict[str, float]:
 
 def _said(section: object, key: str) -> Mapping[str, float]:
     return getattr(section, key, None) or {}
+
+
+def scale_of(section: RobotSection) -> ModelScale:
+    """Return the factors on the model of a task's robot."""
+    scale = section.scale
+    return ModelScale(scale.mass, scale.length, scale.link_mass, scale.link_length)
 
 
 def without_dry_friction(section: object, robot: Robot) -> Robot:

@@ -11,9 +11,9 @@ from fesd_robot.errors import JointError, RobotError
 from fesd_robot.exactness import ROUNDED
 from fesd_robot.ocp.actuation import actuators_of
 from fesd_robot.ocp.contact_places import with_contact_frames, with_contact_places
-from fesd_robot.ocp.free_bodies import joint_values, with_bodies, without_dry_friction
+from fesd_robot.ocp.free_bodies import joint_values, scale_of, with_bodies, without_dry_friction
 from fesd_robot.ocp.two_bodies import with_two_bodies
-from fesd_robot.robot import Robot, configuration_units, load_robot, with_joint_properties
+from fesd_robot.robot import Robot, configuration_units, load_scaled, with_joint_properties
 from fesd_robot.task import Task, TwoBodyContact, check_names, check_orientations, check_values
 
 
@@ -27,8 +27,13 @@ def load_task_robot(task: Task) -> tuple[Task, Robot]:
     """
     section, source = task.robot, task.locate_model()
     try:
-        robot = load_robot(
-            source, root=section.root, locked=section.locked, coupled=section.coupled, search_path=task.folder
+        robot = load_scaled(
+            source,
+            scale_of(section),
+            root=section.root,
+            locked=section.locked,
+            coupled=section.coupled,
+            search_path=task.folder,
         )
     except JointError as error:
         raise task.error(("robot", error.option, error.joint), str(error)) from error

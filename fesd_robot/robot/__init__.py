@@ -57,6 +57,7 @@ __all__ = [
     "kind_of",
     "kinetic_energy",
     "load_robot",
+    "load_scaled",
     "lock_joints",
     "mass_matrix",
     "measured_deviation",
@@ -103,7 +104,7 @@ if TYPE_CHECKING:
     from fesd_robot.robot.joints import Prismatic
     from fesd_robot.robot.kinematics import center_of_mass, frame_jacobian, frame_placement, frame_velocity
     from fesd_robot.robot.library import PREFIX, example_robots, examples_folder
-    from fesd_robot.robot.load import load_robot, with_frames, with_joint_properties
+    from fesd_robot.robot.load import load_robot, load_scaled, with_frames, with_joint_properties
     from fesd_robot.robot.lock import lock_joints
     from fesd_robot.robot.manifold import configuration_derivative, difference, integrate
     from fesd_robot.robot.orientations import (
@@ -168,7 +169,7 @@ else:
             "fesd_robot.robot.joints": ["Prismatic"],
             "fesd_robot.robot.kinematics": ["center_of_mass", "frame_jacobian", "frame_placement", "frame_velocity"],
             "fesd_robot.robot.library": ["PREFIX", "example_robots", "examples_folder"],
-            "fesd_robot.robot.load": ["load_robot", "with_frames", "with_joint_properties"],
+            "fesd_robot.robot.load": ["load_robot", "load_scaled", "with_frames", "with_joint_properties"],
             "fesd_robot.robot.lock": ["lock_joints"],
             "fesd_robot.robot.manifold": ["configuration_derivative", "difference", "integrate"],
             "fesd_robot.robot.orientations": [

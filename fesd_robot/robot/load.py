@@ -30,6 +30,7 @@ from fesd_robot.robot.root import (
     make_root_joint,
     refuse_second_root,
 )
+from fesd_robot.robot.scaled import ModelScale, scaled_model
 from fesd_robot.robot.srdf import read_group_states
 from fesd_robot.robot.tree import Tree, build_tree
 from fesd_robot.robot.urdf import check_leaders, check_urdf, mimic_joints, refuse_xacro, urdf_notes
@@ -80,10 +81,33 @@ def load_robot(
             damping or dry friction is negative.
         JointError: if a joint cannot be locked or coupled.
     """
+    robot = load_scaled(source, ModelScale(), root=root, locked=locked, coupled=coupled, search_path=search_path)
+    return with_joint_properties(robot, armature=armature or {}, damping=damping or {}, dry_friction=dry_friction or {})
+
+
+def load_scaled(
+    source: str | Path,
+    scale: ModelScale,
+    *,
+    root: Root = "fixed",
+    locked: Mapping[str, float] | None = None,
+    coupled: Mapping[str, str] | None = None,
+    search_path: Path | None = None,
+) -> Robot:
+    """Return the robot described by a file, whose masses or lengths are others.
+
+    Args:
+        source, root, locked, coupled, search_path: as of `load_robot`.
+        scale: factors on what the file says.
+
+    Raises:
+        RobotError: as there, and for a link that there is not.
+        JointError: as there.
+    """
     if root not in ROOTS:
         raise RobotError(f"There is no root joint '{root}'{nearest(root, ROOTS)}.")
     path = locate_robot(source, search_path)
-    read = _read(path, root)
+    read = scaled_model(path, _read(path, root), scale)
     model, signs, notes, composites = read.model, dict[str, float](), list(read.notes), dict(read.composites)
     if model.nv == 0:
         raise RobotError(f"{path}: the robot has no moving joint; if it floats, set root to 'free_flyer'.")
@@ -96,12 +120,11 @@ def load_robot(
     if coupled:
         model, signs = in_unison(model, coupled)
     reduced = read.reduced(model, locked or {}, coupled or {}, signs)
-    robot = robot_from_model(
+    return robot_from_model(
         replace(reduced, notes=notes, composites=composites),
         source=path,
         package_directories=package_directories(path, search_path),
     )
-    return with_joint_properties(robot, armature=armature or {}, damping=damping or {}, dry_friction=dry_friction or {})
 
 
 def _read(path: Path, root: Root) -> ModelFile:
@@ -187,6 +210,7 @@ def robot_from_model(read: ModelFile, *, source: Path, package_directories: tupl
         warnings=tuple(read.warnings),
         shapes=read.shapes,
         limit_notes=read.limit_notes,
+        lengths=read.lengths,
     )
 
 

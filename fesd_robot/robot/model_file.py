@@ -88,6 +88,7 @@ class ModelFile:
         postures: name -> configuration coordinate -> value, m or rad.
         shapes: of all bodies, None where Pinocchio reads them from the file.
         limit_notes: limits that are not those of their joint in the file.
+        lengths: name of a link whose lengths are not those of the file -> factor on them.
     """
 
     model: pin.Model
@@ -100,6 +101,7 @@ class ModelFile:
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     shapes: Sequence[Shape] | None = None
     limit_notes: LimitNotes = field(default_factory=dict)
+    lengths: Mapping[str, float] = field(default_factory=dict)
 
     def reduced(
         self, model: pin.Model, locked: Mapping[str, float], coupled: Mapping[str, str], signs: Mapping[str, float]

@@ -17,6 +17,7 @@ from fesd_robot.robot.followers import LimitNotes
 from fesd_robot.robot.model_file import Format, MultiJointMotor, Shape, Spring, geometry_model, shapes_of
 from fesd_robot.robot.reader_errors import captured_errors, last_sentence
 from fesd_robot.robot.root import ROOT_JOINT
+from fesd_robot.robot.scaled import scale_shapes
 from fesd_robot.robot.tree import Tree
 from fesd_robot.robot.urdf_shapes import urdf_shapes
 
@@ -53,6 +54,7 @@ class Robot:
         warnings: likely mistakes in the file, one sentence each.
         shapes: of all bodies; None where Pinocchio reads them from the file, when they are drawn.
         limit_notes: limits that are not those of their joint in the file, with where they are from.
+        lengths: name of a link whose lengths are not those of the file -> factor on them.
         bodies: name -> the same for every free body beside it, which is a part of the model and of all names here, but
             not of the shapes.
     """
@@ -79,6 +81,7 @@ class Robot:
     warnings: tuple[str, ...]
     shapes: Sequence[Shape] | None = field(default=None, repr=False)
     limit_notes: LimitNotes = field(default_factory=dict, repr=False)
+    lengths: Mapping[str, float] = field(default_factory=dict, repr=False)
     bodies: Mapping[str, Robot] = field(default_factory=dict, repr=False)
 
     def frame_id(self, name: str) -> int:
@@ -205,8 +208,10 @@ class Robot:
         with captured_errors():
             try:
                 if self.format == "sdf":
-                    return pin.buildGeomFromSdf(self.model, str(self.source), kind, "", [*map(str, directories)])
-                return urdf_shapes(self.source, self.model, kind, directories)
+                    read = pin.buildGeomFromSdf(self.model, str(self.source), kind, "", [*map(str, directories)])
+                else:
+                    read = urdf_shapes(self.source, self.model, kind, directories)
+                return scale_shapes(self.model, read, self.lengths)
             except RobotError:
                 raise
             except Exception as error:

@@ -79,7 +79,7 @@ class _Reader:
         except YAMLError as error:
             raise _Problem(f"this is not valid YAML: {' '.join(str(error).split())}") from error
         except RecursionError as error:
-            raise _Problem("this is nested too deeply to be a task") from error
+            raise _Problem("this is nested too deeply to be read") from error
 
     def _convert(self, node: Node, path: KeyPath) -> Any:
         line = node.start_mark.line + 1
@@ -173,7 +173,7 @@ def _decimal_comma(before: tuple[Node, Node], key: Node, value: Node) -> tuple[s
     return None if match is None else (f"{whole.value},{key.value}", f"{whole.value}.{match[1]}")
 
 
-def read_document(path: Path, overrides: Sequence[str]) -> tuple[dict[str, Any], Origins]:
+def read_document(path: Path, overrides: Sequence[str], kind: str = "task") -> tuple[dict[str, Any], Origins]:
     """Return a task file with overrides applied, as plain data, and where each key came from.
 
     Keys under an old name (`fesd_robot.task.renamed_keys`) get their new one, with a warning for each.
@@ -181,6 +181,7 @@ def read_document(path: Path, overrides: Sequence[str]) -> tuple[dict[str, Any],
     Args:
         path: the task file, UTF-8.
         overrides: ``key.path=value`` each, the value in YAML; the last one for a key wins.
+        kind: what the file is expected to be, for messages.
 
     Raises:
         TaskError: the file cannot be read, is not YAML, is not a mapping, gives a key under its old and its new name,
@@ -188,15 +189,15 @@ def read_document(path: Path, overrides: Sequence[str]) -> tuple[dict[str, Any],
     """
     reader = _Reader()
     try:
-        data = reader.read(_read_text(path))
+        data = reader.read(_read_text(path, kind))
     except _Problem as problem:
         key = ".".join(problem.path) or None
         raise TaskError(problem.message, file=path, line=problem.line, key=key) from problem.__cause__
     if data is None:
-        raise TaskError("this file is empty, expected the keys of a task", file=path, line=1)
+        raise TaskError(f"this file is empty, expected the keys of a {kind}", file=path, line=1)
     if not isinstance(data, dict):
-        kind = "a list" if isinstance(data, list) else "a single value"
-        raise TaskError(f"found {kind}, expected the keys of a task", file=path, line=reader.lines[()])
+        found = "a list" if isinstance(data, list) else "a single value"
+        raise TaskError(f"found {found}, expected the keys of a {kind}", file=path, line=reader.lines[()])
     places = {key_path: Origin(line=line) for key_path, line in reader.lines.items()}
     try:
         renamings = rename_keys(data)
@@ -223,18 +224,18 @@ def override_keys(data: dict[str, Any], places: dict[KeyPath, Origin], overrides
         _apply(override, data, places)
 
 
-def _read_text(path: Path) -> str:
+def _read_text(path: Path, kind: str) -> str:
     if path.is_dir():
-        raise TaskError("this is a folder, expected a task file", file=path)
+        raise TaskError(f"this is a folder, expected a {kind} file", file=path)
     try:
         with path.open("rb") as stream:  # which may be a pipe
             content = stream.read(MAX_TASK_BYTES + 1)
     except FileNotFoundError as error:
-        raise TaskError("there is no such file, expected a task file", file=path) from error
+        raise TaskError(f"there is no such file, expected a {kind} file", file=path) from error
     except OSError as error:
-        raise TaskError(f"this file cannot be read ({error.strerror}), expected a task file", file=path) from error
+        raise TaskError(f"this file cannot be read ({error.strerror}), expected a {kind} file", file=path) from error
     if len(content) > MAX_TASK_BYTES:
-        raise TaskError(f"found a file of more than {MAX_TASK_BYTES / 1e6:g} MB, expected a task file", file=path)
+        raise TaskError(f"found a file of more than {MAX_TASK_BYTES / 1e6:g} MB, expected a {kind} file", file=path)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -36,11 +36,18 @@ _EXPECTED = {
 }
 
 
-def validation_error(error: ValidationError, origins: Origins) -> TaskError:
-    """Return the first error by line as one sentence that says what was found and what was expected."""
+def validation_error(error: ValidationError, origins: Origins, model: type[BaseModel] = Task) -> TaskError:
+    """Return the first error by line as one sentence that says what was found and what was expected.
+
+    Args:
+        error: of the model.
+        origins: where the keys came from.
+        model: what was validated.
+    """
     details = error.errors(include_url=False)
-    misspelled = [_follow(detail["loc"])[0] for detail in details if detail["type"] == "extra_forbidden"]
-    first = origins.first_error(_joined(_problem(detail) for detail in details if not _is_echo(detail, misspelled)))
+    misspelled = [_follow(detail["loc"], model)[0] for detail in details if detail["type"] == "extra_forbidden"]
+    told = (_problem(detail, model) for detail in details if not _is_echo(detail, misspelled, model))
+    first = origins.first_error(_joined(told))
     assert first is not None, "a ValidationError holds at least one error"
     return first
 
@@ -55,17 +62,17 @@ def _joined(problems: Iterable[tuple[KeyPath, str]]) -> list[tuple[KeyPath, str]
     return [(path, sentence) for (path, _), sentence in joined.items()]
 
 
-def _is_echo(detail: ErrorDetails, misspelled: Sequence[KeyPath]) -> bool:
+def _is_echo(detail: ErrorDetails, misspelled: Sequence[KeyPath], model: type[BaseModel]) -> bool:
     """Return whether a key is only missing because it is misspelled beside, which is one mistake, not two."""
     if detail["type"] != "missing":
         return False
-    path, _, _ = _follow(detail["loc"])
+    path, _, _ = _follow(detail["loc"], model)
     return any(unknown[:-1] == path[:-1] and _close(unknown[-1], path[-1:]) for unknown in misspelled)
 
 
-def _problem(detail: ErrorDetails) -> tuple[KeyPath, str]:
+def _problem(detail: ErrorDetails, model: type[BaseModel]) -> tuple[KeyPath, str]:
     kind, context = detail["type"], detail.get("ctx", {})
-    path, owner, place = _follow(detail["loc"])
+    path, owner, place = _follow(detail["loc"], model)
     if kind == "conflict":
         return (*path, *context["at"]), context["sentence"]
     if kind == "extra_forbidden":
@@ -100,7 +107,7 @@ def _nearest_key(path: KeyPath, keys: Sequence[str]) -> str:
     return next((f" (did you mean '{new}'?)" for old, new in renamed.items() if f"'{old}'" in hint), hint)
 
 
-def _follow(location: Sequence[str | int]) -> tuple[KeyPath, type[BaseModel] | None, Any]:
+def _follow(location: Sequence[str | int], model: type[BaseModel]) -> tuple[KeyPath, type[BaseModel] | None, Any]:
     """Follow a pydantic location through the schema, leaving out the union tags it contains.
 
     Returns:
@@ -108,7 +115,7 @@ def _follow(location: Sequence[str | int]) -> tuple[KeyPath, type[BaseModel] | N
     """
     path: list[str] = []
     owner: type[BaseModel] | None = None
-    place: Any = Task
+    place: Any = model
     for part in location:
         place = _bare(place)
         if part == "[key]":

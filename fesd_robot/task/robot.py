@@ -9,7 +9,18 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 
 from fesd_robot.errors import ExpressionError
 from fesd_robot.task.expression import expression_names
-from fesd_robot.task.fields import Name, NonNegative, Number, Reserved, Section, Values, conflict, expected, is_number
+from fesd_robot.task.fields import (
+    Name,
+    NonNegative,
+    Number,
+    Positive,
+    Reserved,
+    Section,
+    Values,
+    conflict,
+    expected,
+    is_number,
+)
 
 EXAMPLE_ROBOT_PREFIX = "example-robot-data:"
 """Start of a `robot.model` that names a robot of the package example-robot-data instead of a file."""
@@ -101,6 +112,24 @@ def _check_order(lower: float | None, upper: float | None) -> None:
         raise conflict(("lower",), f"found lower {lower:g} and upper {upper:g}, expected lower < upper")
 
 
+class Scale(Section):
+    """Factors on masses and lengths of the robot's model."""
+
+    mass: Positive = Field(default=1.0, description="Factor on all masses, with their inertias.")
+    length: Positive = Field(
+        default=1.0,
+        description="Factor on all lengths: of links, of their shapes, of the distances of frames and centres of mass; "
+        "masses stay, inertias grow with its square. Ranges of joints and what the task gives in m stay, too.",
+    )
+    link_mass: dict[Name, Positive] = Field(
+        default_factory=dict,
+        description="Name of a link -> further factor on the mass of the body that it belongs to, with its inertia.",
+    )
+    link_length: dict[Name, Positive] = Field(
+        default_factory=dict, description="Name of a link -> further factor on the lengths of that body."
+    )
+
+
 class Robot(Section):
     """The robot: where its model is, how its root moves, which joints move and which are driven."""
 
@@ -116,6 +145,7 @@ class Robot(Section):
         "root_z, m, and root_pitch, rad about +y, nose down (sagittal); in the x-y plane, turning about z, as "
         "Pinocchio's planar joint does (planar); or freely (free_flyer).",
     )
+    scale: Scale = Field(default_factory=Scale, description="Factors on masses and lengths of the model; default: 1.")
     locked: Values = Field(
         default_factory=dict,
         description="Name of a joint -> value it is held at, rad or m; it is no coordinate then. Default: none.",

@@ -2,7 +2,7 @@
 
 Consoles and Python run as they are, but for plans: these stand still for 0.2 s instead of jumping, and words are
 compared, not numbers. Commands in shell blocks are read by the program's own parser, but not run. Blocks of YAML are
-read, and compared with the keys of a task; a whole task is checked.
+read, and compared with the keys of a task; a whole task is checked, and so are the first rows of a sweep.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ import fesd_robot
 from fesd_robot.cli.app import app
 from fesd_robot.examples import copy_examples
 from fesd_robot.ocp import formulate
+from fesd_robot.sweeps import load_sweep
+from fesd_robot.sweeps.run import first_task
 from fesd_robot.task import Task, load_task
 from fesd_robot.task.json_schema import task_json_schema
 
@@ -98,6 +100,10 @@ def test_yaml_is_of_a_task(page: Path, folder: Path) -> None:
     )
     for block in blocks(page, "yaml"):
         data = YAML(typ="safe", pure=True).load(block.text)
+        if "vary" in data:
+            (folder / "of_the_page.yaml").write_text(block.text, encoding="utf-8")
+            first_task(load_sweep(folder / "of_the_page.yaml"))
+            continue
         # What is indented is a part of a section.
         assert set(data) <= (parts if block.text.startswith(" ") else keys), block.text
         if "name" in data:

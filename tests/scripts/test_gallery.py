@@ -106,12 +106,17 @@ def test_a_row_is_that_of_the_plan(
     assert cells[8] == f"{misses['root_x']:.3g} m" and cells[9].startswith(f"{speed:.3g} m/s, ")
     longest = max(slide.distance for slide in rear.slides + front.slides)
     assert cells[10:12] == ["no flight", f"{longest:.3g} m"] and len(cells) == len(gallery.COLUMNS)
-    page = gallery.page([entry], "scripts/gallery")
+    rows = gallery.Rows(tmp_path / "gallery.md", gallery.COLUMNS)
+    gallery.keep(entry, rows)
+    page = gallery.page(rows, "scripts/gallery")
     assert "**1 of 1 solved**" in page
     monkeypatch.setattr(gallery, "LONG_SECONDS", gallery.seconds_of(pushed) + 1.0)
-    assert gallery.marked_long(gallery.page([entry], "scripts/gallery")) == set()
+    gallery.keep(entry, rows)
+    assert gallery.marked_long(rows) == set()
     monkeypatch.setattr(gallery, "LONG_SECONDS", 0.0)
-    assert gallery.marked_long(gallery.page([entry], "scripts/gallery")) == {"block_push"}
+    gallery.keep(entry, rows)
+    assert gallery.marked_long(rows) == {"block_push"}
+    assert gallery.Rows(tmp_path / "gallery.md", gallery.COLUMNS).cells == rows.cells, "rows are kept in a data file"
 
 
 def test_the_block_slides_stops_and_slides(pushed: Plan) -> None:

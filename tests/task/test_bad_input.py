@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from fesd_robot.errors import TaskError
-from fesd_robot.task import load_task, messages
+from fesd_robot.task import load_task, validation_error
 from fesd_robot.task.fields import Section
 from fesd_robot.task.origins import Origins
 
@@ -281,9 +281,8 @@ class _Switched(Section):
         ("names", 3, "names: found 3, expected a list or a mapping of names to values"),
     ],
 )
-def test_a_switch_that_also_takes_keys(key: str, value: object, sentence: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_switch_that_also_takes_keys(key: str, value: object, sentence: str) -> None:
     """What a union of a switch and a section, or of any types, does not take is one sentence with all that it takes."""
-    monkeypatch.setattr(messages, "Task", _Switched)
     with pytest.raises(ValidationError) as caught:
         _Switched.model_validate({key: value})
-    assert str(messages.validation_error(caught.value, Origins())) == sentence
+    assert str(validation_error(caught.value, Origins(), _Switched)) == sentence

@@ -1,0 +1,130 @@
+"""The plan of a row, made by a worker."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fesd_robot.errors import FesdRobotError
+from fesd_robot.planning.planner import plan
+from fesd_robot.plans import PAGE_FILE, Plan, write_into
+from fesd_robot.plans.results_folder import PLAN_FILE
+from fesd_robot.render import write_page
+from fesd_robot.running import Deadline, held_to
+from fesd_robot.sweeps.order import Answer, Order, Start, Verdict
+from fesd_robot.sweeps.scales import with_scales
+from fesd_robot.task import Task, load_task
+
+CONTINUED = ("solver.effort=quick", "solver.retries=0")
+"""Settings of a plan that begins from another one: it keeps that one's sequence of contacts."""
+
+
+def planned(order: Order, task_file: Path) -> Answer:
+    """Plan a task with the values of a row.
+
+    Args:
+        order: the values.
+        task_file: the task, which its own files lie around.
+
+    Raises:
+        FesdRobotError: the task is not valid with these values.
+    """
+    overrides = with_scales(task_file, order.overrides)
+    start, tried = order.start, None
+    with held_to(Deadline(order.limits.seconds)):
+        task = load_task(task_file, overrides)
+        if start:
+            tried = _continued(start, load_task(task_file, [*overrides, *CONTINUED]), task_file.parent)
+        continued = tried is not None and _keeps_the_sequence(tried)
+        result = tried if tried and continued else plan(task)
+    verdict = Verdict.SOLVED if result.status.solved else Verdict.NOT_SOLVED
+    values = {**values_of(result), "start": start.number if start and continued else None}
+    if tried and not continued:
+        values["iterations"] += values_of(tried)["iterations"]
+    kept = order.keep == "all" or (result.status.solved and order.keep != "none")
+    if order.cheaper_than is not None and result.statistics.objective >= order.cheaper_than:
+        kept = False
+    files = _files(result, task, order) if kept else {}
+    return Answer(order.number, verdict, values, result.status.message, files=files)
+
+
+def _continued(start: Start, task: Task, folder: Path) -> Plan | None:
+    """Return the plan of a task that begins from another row's, None where that cannot be.
+
+    Args:
+        start: the other plan.
+        task: with the settings of such a plan.
+        folder: of its file, where the other plan is put meanwhile.
+    """
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        (Path(place) / PLAN_FILE).write_bytes(start.plan)
+        solver = task.solver.model_copy(update={"warm_start": Path(place).name})
+        try:
+            result = plan(task.model_copy(update={"solver": solver}).with_origins(task.origins))
+        except FesdRobotError:
+            return None  # with the task alone it is found out what is wrong
+    told = {**result.task, "solver": {**result.task["solver"], "warm_start": start.place}}
+    return result.model_copy(update={"task": told})
+
+
+def _keeps_the_sequence(result: Plan) -> bool:
+    """Return whether a plan is solved, and with the sequence of the plan that it begins from: no other was tried."""
+    search = result.statistics.search
+    return result.status.solved and not (search and search.sequences)
+
+
+def values_of(result: Plan) -> dict[str, Any]:
+    """Return what a row says of a plan, by column."""
+    contacts = list(result.outcome.contacts.values()) if result.outcome else []
+    attempts = result.statistics.attempts
+    return {
+        "cost": result.statistics.objective,
+        "work": work_of(result),
+        "time": float(result.trajectory.time[-1]),
+        "flights": sum(len(contact.flights) for contact in contacts),
+        "slides": sum(contact.slide_distance for contact in contacts),
+        "iterations": sum(one.iterations for one in attempts) or result.statistics.iterations,
+        "attempts": max(len(attempts), 1),
+        **{f"end.{name}": float(values[-1]) for name, values in result.trajectory.configuration.items()},
+    }
+
+
+def work_of(result: Plan) -> float | None:
+    """Return the work of the controls of a plan, J: the integral of the size of each one's power, none given back.
+
+    Returns:
+        None where a control pushes along directions that depend on the configuration.
+    """
+    time, speeds = result.trajectory.time, result.trajectory.velocity
+    at = np.searchsorted(result.controls["time"], time, side="right") - 1
+    actuators, total = result.task["robot"].get("actuators") or {}, 0.0
+    for name, values in result.controls.items():
+        if name == "time":
+            continue
+        own = actuators.get(name, {"joint": name})
+        pushed = own.get("force") or {own["joint"]: 1.0}
+        if any(isinstance(part, str) or coordinate not in speeds for coordinate, part in pushed.items()):
+            return None
+        speed = np.sum([part * speeds[coordinate] for coordinate, part in pushed.items()], axis=0)
+        power = np.abs(values[at] * speed)
+        total += float(0.5 * (power[1:] + power[:-1]) @ np.diff(time))
+    return total
+
+
+def _files(result: Plan, task: Task, order: Order) -> dict[str, bytes]:
+    """Return the files of a plan, which says that its task's files lie where they do for who has ordered it."""
+    provenance = result.provenance.model_copy(update={"folder": order.home or result.provenance.folder})
+    own = result.model_copy(update={"provenance": provenance})
+
+    def extras(stage: Path) -> None:
+        if task.output.page:
+            write_page(result, task, stage / PAGE_FILE)
+
+    with tempfile.TemporaryDirectory() as folder:
+        written = write_into(own, Path(folder) / "plan", extras)
+        return {
+            path.relative_to(written).as_posix(): path.read_bytes() for path in written.rglob("*") if path.is_file()
+        }
