@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 from arguments import PROGRAM_IS, machine, program_of
+from gait_loops import STRIDES, for_strides
 
 from fesd_robot import Plan, read_plan
 from fesd_robot.contact import ContactMode
@@ -63,8 +64,9 @@ class Loop:
     @classmethod
     def of(cls, plan: Plan) -> Loop:
         """Return what runs of a plan have in common."""
-        motion = formulate(task_of(plan), driven=False)
-        return cls(plan, motion, tracking_gains(plan, motion=motion), Replanner(plan))
+        motion, replanner = formulate(task_of(plan), driven=False), Replanner(plan)
+        goes_on = replanner.strides.image.cost if replanner.strides else None
+        return cls(plan, motion, tracking_gains(plan, motion=motion, goes_on=goes_on), replanner)
 
     @property
     def duration(self) -> float:
@@ -101,6 +103,18 @@ def to_its_goal(loop: Loop, row: Row, controller: Controller, disturbance: Distu
     scene = mujoco_scene(loop.motion, mass=row.mass, friction=row.friction, sliding=sliding_contacts(loop.plan))
     found = Deviation(scene, loop.plan, run(scene, loop.plan, controller, disturbance=disturbance))
     return found.finished, max(each.end for each in found.bodies.values())
+
+
+def stride_by_stride(loop: Loop, row: Row, controller: Controller, disturbance: Disturbance) -> tuple[bool, float]:
+    """Drive a gait for twenty strides, unless the robot falls."""
+    assert loop.replanner.strides is not None
+    return for_strides(loop.motion, loop.plan, loop.replanner.strides, controller, disturbance)
+
+
+def in_ten_strides(loop: Loop, number: int, random: np.random.Generator) -> float:
+    """Return a time within the first half of the strides."""
+    assert loop.replanner.strides is not None
+    return float(random.uniform(0.0, STRIDES / 2 * loop.replanner.strides.duration))
 
 
 @dataclass(frozen=True)
@@ -143,6 +157,8 @@ ROWS = {
     "five-jumps-all": Row("hopper_five_jumps", 0.3, mass=1.1, friction=0.8),
     "solo12-plane": Row("solo12_jump", 0.2),
     "solo12-space": Row("solo12_jump_in_space", 0.2, when=around_take_off, words=" before or after take-off"),
+    "bound": Row("solo12_bound", 0.2, when=in_ten_strides, drive=stride_by_stride),
+    "walk": Row("biped_walk", 0.1, count=5, when=in_ten_strides, drive=stride_by_stride),
 }
 """Name of a row -> what it is."""
 
@@ -218,7 +234,8 @@ def page(rows: Sequence[dict[str, Any]]) -> str:
         "that is drawn with the number of the run as seed, at a time drawn with it, too. Controllers know nothing of "
         "it, nor of masses and friction.",
         "",
-        "A run arrives if it ends with every body within 5 cm and 0.2 rad of its place in the plan. *End*: median of "
+        "A run arrives if it ends with every body within 5 cm and 0.2 rad of its place in the plan; a gait if the "
+        f"robot does not fall within {STRIDES} strides, its end is how far it stays behind. *End*: median of "
         "the largest error of a body at the end, and the largest of all runs. *Feedback* is from the measurement to "
         "the new policy, *prepare* all that is done before; median and 99th percentile of all updates, on one core. "
         "*Exact at once*: updates whose equations hold to 1e-6 after the first step. *Kept*: updates that became the "

@@ -58,6 +58,7 @@ class Strides:
         phases: of a stride.
         duration: of a stride, s.
         advance: what q gains in a stride, (n_q).
+        change: what x gains when the plan, or its image, goes on, (n_x).
         plans: of a stride, 1, or 2 with a mirror.
         image: mirror image of the gait.
         horizon: the motion as a nonlinear program whose first stride passes.
@@ -72,11 +73,11 @@ class Strides:
         assert periodic is not None
         self.image, self.plans = MirrorImage.of(problem), 2 if periodic.mirror else 1
         first, n_q = plan.elements[0], len(problem.robot.configuration_names)
-        self._change = plan.elements[-1].x[-1] - self.image.state(first.x_before)
+        self.change = plan.elements[-1].x[-1] - self.image.state(first.x_before)
         begin = 2 * n_q + 1  # robots of periodic goals have as many velocities as coordinates
         gaps = problem.contact_system.gap_states
-        self._change[n_q : 2 * n_q] = self._change[begin : begin + gaps] = 0.0
-        self._change[:n_q] = vector(problem.robot.configuration_names, periodic.stride, 0.0)
+        self.change[n_q : 2 * n_q] = self.change[begin : begin + gaps] = 0.0
+        self.change[:n_q] = vector(problem.robot.configuration_names, periodic.stride, 0.0)
         self._task, self._count, self._own_intervals = problem, count, plan.transcription.grid.intervals
         self.motion = self._repeated(plan, count * self.plans)
         self.phases = self.plans * len(plan.transcription.grid.phases)
@@ -120,7 +121,7 @@ class Strides:
     def _after(self, x: np.ndarray, plans: int) -> np.ndarray:
         """Return what becomes of states, (..., n_x), in some repetitions of the plan."""
         for _ in range(plans):
-            x = self.image.state(x) + self._change
+            x = self.image.state(x) + self.change
         return x
 
     def _repeated(self, plan: BranchMotion, count: int) -> BranchMotion:
@@ -163,8 +164,8 @@ class Strides:
             one,
             interval=one.interval + intervals,
             start=one.start + length,
-            x_left=one.x_left + self._change,
-            x=one.x + self._change,
+            x_left=one.x_left + self.change,
+            x=one.x + self.change,
         )
 
     def _problem(self, plan: BranchMotion, count: int) -> OptimalControlProblem:
@@ -175,7 +176,7 @@ class Strides:
         end, n = self._after(start, count), ocp.clock.state
         low, high = np.full(len(end), -np.inf), np.full(len(end), np.inf)
         low[:n] = high[:n] = end[:n]
-        travels = self._change != 0.0
+        travels = self.change != 0.0
         control_lower, control_upper = ocp.control_lower.copy(), ocp.control_upper.copy()
         control_lower[-1] = control_upper[-1] = pace
         spline = self._reference(parts.reference_spline, ocp.duration, count)
@@ -208,11 +209,11 @@ class Strides:
         knots, starts, coefficients = [own.knots[:pieces]], [own.starts[:pieces]], [own.coefficients[:pieces]]
         for number in range(1, count):
             knots.append(own.knots[:pieces] + number * duration)
-            starts.append(starts[-1][:, sources] * signs + self._change[:n_q])
+            starts.append(starts[-1][:, sources] * signs + self.change[:n_q])
             coefficients.append(coefficients[-1][:, :, sources] * signs)
         end = own.starts[pieces]
         for _ in range(count - 1):
-            end = end[sources] * signs + self._change[:n_q]
+            end = end[sources] * signs + self.change[:n_q]
         return ReferenceSpline.of_pieces(
             own.names,
             np.append(np.concatenate(knots), count * duration),
