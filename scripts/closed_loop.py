@@ -35,7 +35,7 @@ from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import TrackingGains, task_of
 from fesd_robot.replanning import Replanner, ReplanningController, Statistics, Update
 from fesd_robot.replanning.replanner import EXACT
-from fesd_robot.tracking import Tracker, tracking_gains
+from fesd_robot.tracking import Tracker, gait_gains, tracking_gains
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "results" / "closed-loop.md"
 
@@ -65,8 +65,9 @@ class Loop:
     def of(cls, plan: Plan) -> Loop:
         """Return what runs of a plan have in common."""
         motion, replanner = formulate(task_of(plan), driven=False), Replanner(plan)
-        goes_on = replanner.strides.image.cost if replanner.strides else None
-        return cls(plan, motion, tracking_gains(plan, motion=motion, goes_on=goes_on), replanner)
+        gait = replanner.strides
+        gains = gait_gains(plan, motion, gait.image.cost) if gait else tracking_gains(plan, motion=motion)
+        return cls(plan, motion, gains, replanner)
 
     @property
     def duration(self) -> float:

@@ -27,6 +27,7 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import psutil
 from arguments import ROOT
 from mutated_inputs import KINDS, MutatedInput, mutated_inputs, planned_here
 
@@ -58,7 +59,7 @@ class Ended:
         code: exit status; the negative number of a signal.
         said: on stderr.
         seconds: of a core.
-        bytes: most memory.
+        bytes: most memory, beside that of the process that was forked.
         left: files that were not there before.
         hung: whether it was ended.
     """
@@ -102,6 +103,7 @@ def ended(given: MutatedInput, folder: Path) -> Ended:
     for name, content in given.files.items():
         (folder / name).write_bytes(content)
     log = folder.parent / f"{folder.name}.log"
+    before = psutil.Process().memory_info().rss  # a fork begins with all that its parent has
     begin, child = time.monotonic(), os.fork()
     if not child:
         _be_the_program(given, folder, log)
@@ -118,7 +120,8 @@ def ended(given: MutatedInput, folder: Path) -> Ended:
     left = tuple(sorted({path.name for path in folder.iterdir()} - set(given.files)))
     said = "".join(line for line in log.open(encoding="utf-8", errors="replace") if not URDFDOM.match(line))
     log.unlink()
-    return Ended(given, code, said, used.ru_utime + used.ru_stime, used.ru_maxrss * 1024.0, left, hung)
+    most = max(used.ru_maxrss * 1024.0 - before, 0.0)
+    return Ended(given, code, said, used.ru_utime + used.ru_stime, most, left, hung)
 
 
 def _be_the_program(given: MutatedInput, folder: Path, log: Path) -> None:

@@ -30,7 +30,7 @@ MADE_BY_PROGRAM = {
 }  # fmt: skip
 """Values that functions return or take from each other, types, and those that pydantic checks."""
 
-OF_SOLUTIONS = {"at_stages", "begun", "conflict_at", "continue_on_branch", "with_stages"}
+OF_SOLUTIONS = {"Replanner", "at_stages", "begun", "conflict_at", "continue_on_branch", "with_stages"}
 """Functions of values that only a solve makes."""
 
 

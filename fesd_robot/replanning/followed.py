@@ -11,7 +11,7 @@ from fesd_robot.replanning.horizon import Horizon
 from fesd_robot.replanning.policy import FeedbackGains
 from fesd_robot.replanning.strides import STRIDES, Strides
 from fesd_robot.starts import kept_motion
-from fesd_robot.tracking import tracking_gains
+from fesd_robot.tracking import gait_gains, tracking_gains
 
 
 class Followed:
@@ -47,7 +47,7 @@ class Followed:
         else:
             self.strides = Strides(whole, motion, strides)
             whole, self.horizon = self.strides.motion, self.strides.horizon
-            gains = tracking_gains(plan, motion=motion, goes_on=self.strides.image.cost)
+            gains = gait_gains(plan, motion, self.strides.image.cost)
             ends = self.horizon.phase_ends(whole.w)[: self.strides.phases + 1]
             self.gains = FeedbackGains(*self.strides.gains(gains.stacked("time"), gains.stacked("gain")), ends)
         self.modes = self._modes_of_phases(whole)

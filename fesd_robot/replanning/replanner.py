@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fesd_robot.arguments import checked
 from fesd_robot.contact import ContactMode
 from fesd_robot.errors import OptionError
 from fesd_robot.ocp import MotionProblem, formulate
@@ -96,6 +97,7 @@ class Statistics:
         return float(np.median(values)), float(np.percentile(values, 99))
 
 
+@checked
 class Replanner:
     """Plans the rest of a plan again from measured states.
 
@@ -138,7 +140,7 @@ class Replanner:
         strides: int = STRIDES,
         motion: MotionProblem | None = None,
     ) -> None:
-        if not period > 0:
+        if not 0 < period < np.inf:
             raise OptionError(f"period: found {period!r} s, expected a number greater than 0")
         if iterations < 1:
             raise OptionError(f"iterations: found {iterations!r}, expected a number of at least 1")

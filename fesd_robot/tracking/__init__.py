@@ -13,13 +13,14 @@ __all__ = [
     "Tracker",
     "TrackingWeights",
     "feed_forward",
+    "gait_gains",
     "proportional_gains",
     "tracking_gains",
     "with_gains",
 ]
 
 if TYPE_CHECKING:
-    from fesd_robot.tracking.gains import feed_forward, proportional_gains, tracking_gains, with_gains
+    from fesd_robot.tracking.gains import feed_forward, gait_gains, proportional_gains, tracking_gains, with_gains
     from fesd_robot.tracking.mode_dynamics import ContactState, LinearMotion, ModeDynamics
     from fesd_robot.tracking.tracker import Tracker
     from fesd_robot.tracking.weights import TrackingWeights
@@ -27,7 +28,13 @@ else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
-            "fesd_robot.tracking.gains": ["feed_forward", "proportional_gains", "tracking_gains", "with_gains"],
+            "fesd_robot.tracking.gains": [
+                "feed_forward",
+                "gait_gains",
+                "proportional_gains",
+                "tracking_gains",
+                "with_gains",
+            ],
             "fesd_robot.tracking.mode_dynamics": ["LinearMotion", "ModeDynamics", "ContactState"],
             "fesd_robot.tracking.tracker": ["Tracker"],
             "fesd_robot.tracking.weights": ["TrackingWeights"],

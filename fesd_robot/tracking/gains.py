@@ -36,7 +36,6 @@ def tracking_gains(
     *,
     period: float = PERIOD,
     motion: MotionProblem | None = None,
-    goes_on: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> TrackingGains:
     """Return the gains of a time-varying linear-quadratic regulator along a plan.
 
@@ -52,7 +51,6 @@ def tracking_gains(
         weights: Q, R and T; default: `TrackingWeights()`.
         period: longest step h, s.
         motion: the task of the plan, formulated; default: it is formulated.
-        goes_on: of a gait, P where it goes on, at its end, from P at its beginning; both are then one cost to go.
 
     Raises:
         PlanFileError: a plan that is not solved or has no finite elements.
@@ -61,6 +59,33 @@ def tracking_gains(
 
     Source: Saccon, van de Wouw, Nijmeijer, Sensitivity analysis of hybrid systems with state jumps, 2014.
     """
+    return _regulator(plan, weights, period, motion, None)
+
+
+def gait_gains(
+    plan: Plan, motion: MotionProblem, goes_on: Callable[[np.ndarray], np.ndarray], period: float = PERIOD
+) -> TrackingGains:
+    """Return the gains of `tracking_gains` along a gait that goes on and on.
+
+    Args:
+        plan: of a gait, exact, with its finite elements.
+        motion: its task, formulated.
+        goes_on: P where the gait goes on, at its end, from P at its beginning; both are then one cost to go.
+        period: longest step, s.
+
+    Raises:
+        PlanFileError: a plan that is not solved or has no finite elements.
+    """
+    return _regulator(plan, None, period, motion, goes_on)
+
+
+def _regulator(
+    plan: Plan,
+    weights: TrackingWeights | None,
+    period: float,
+    motion: MotionProblem | None,
+    goes_on: Callable[[np.ndarray], np.ndarray] | None,
+) -> TrackingGains:
     motion, weights = _checked(plan, period, motion), weights or TrackingWeights()
     state, control = weights.of_state(motion), weights.of_control(motion)
     pieces, dynamics = list(pieces_of(plan, motion, period)), ModeDynamics(motion)

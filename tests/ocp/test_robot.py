@@ -12,7 +12,7 @@ import pytest
 
 from fesd_robot.errors import TaskError
 from fesd_robot.ocp import formulate, load_task_robot
-from fesd_robot.robot import Robot, load_robot
+from fesd_robot.robot import Robot, load_scaled
 from fesd_robot.task import Task
 
 from .conftest import HOPPER
@@ -103,11 +103,11 @@ def test_the_file_is_read_once(short: str, load: Load, monkeypatch: pytest.Monke
     """Names are checked and the armature is set on a robot that was read from its file one time."""
     reads = []
 
-    def counted(source: Path, **options: Any) -> Robot:
+    def counted(source: Path, *arguments: Any, **options: Any) -> Robot:
         reads.append(source)
-        return load_robot(source, **options)
+        return load_scaled(source, *arguments, **options)
 
-    monkeypatch.setattr("fesd_robot.ocp.task_robot.load_robot", counted)
+    monkeypatch.setattr("fesd_robot.ocp.task_robot.load_scaled", counted)
     assert formulate(load(short)).robot.model.armature.tolist() == [0, 0, 0, 0.1]
     assert reads == [HOPPER]
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import casadi as ca
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from fesd_robot.errors import OptionError, PlanFileError
+from fesd_robot.errors import FesdRobotError, OptionError, PlanFileError
 from fesd_robot.in_mujoco import Disturbance, Push, mujoco_scene, run
 from fesd_robot.ocp import MotionProblem, formulate, numeric_physics
 from fesd_robot.plans import Plan, task_of
 from fesd_robot.replanning import Policy, Replanner, ReplanningController
+from tests.wrong_calls import WRONG
 
 
 def state(plan: Plan, motion: MotionProblem, time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -177,6 +180,16 @@ def test_another_plan_reaches_a_goal_that_was_missed(jump: Plan, motion: MotionP
     assert abs(missed - 1.0) > 0.08
     assert record.configuration[-1, 0] == pytest.approx(1.0, abs=0.015)
     assert [each.status for each in replanner.statistics.updates].count("changed") == 1
+
+
+@pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
+def test_wrong_arguments_are_refused(jump: Plan, motion: MotionProblem, wrong: object) -> None:
+    """Whatever is given for the plan, its period or its iterations is taken, or refused by an exception of ours."""
+    given: list[dict[str, object]] = [{"plan": wrong}, {"plan": jump, "iterations": wrong}]
+    given += [] if isinstance(wrong, (int, float, np.generic)) else [{"plan": jump, "period": wrong}]
+    for arguments in given:
+        with contextlib.suppress(FesdRobotError):
+            Replanner(**arguments, motion=motion)  # type: ignore[arg-type]
 
 
 def test_bad_input_is_told(replanner: Replanner, jump: Plan, motion: MotionProblem) -> None:
