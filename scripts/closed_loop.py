@@ -1,6 +1,8 @@
 """Plans replanned in MuJoCo while the robot is pushed: how many runs arrive, beside the LQR, and what an update takes.
 
-    scripts/gallery && python scripts/closed_loop.py build/gallery      # writes docs/results/closed-loop.md and .json
+    for task in hopper_one_jump hopper_five_jumps solo12_jump solo12_jump_in_space solo12_bound biped_walk; do
+        fesd-robot plan $task --set reserve.friction=0.1 --set reserve.effort=0.1 --out build/reserve/$task; done
+    python scripts/closed_loop.py build/reserve      # writes docs/results/closed-loop.md and .json
 
 Every argument is a folder of plans, one folder a task, or a plan's own. ``--only ROW ...`` makes these rows again and
 keeps the others, ``--runs N`` makes no more than N runs of each. One process, one core: nothing else should run beside.
@@ -233,7 +235,8 @@ def page(rows: Sequence[dict[str, Any]]) -> str:
         "in MuJoCo by its LQR, which follows it, and by [replanning](../replanning.md), with the same push in the "
         "same run. A push changes the velocity of the robot's centre of mass by so much within 10 ms, in a direction "
         "that is drawn with the number of the run as seed, at a time drawn with it, too. Controllers know nothing of "
-        "it, nor of masses and friction.",
+        "it, nor of masses and friction. Plans leave a tenth of friction and efforts unused: `reserve: {friction: 0.1, "
+        "effort: 0.1}`.",
         "",
         "A run arrives if it ends with every body within 5 cm and 0.2 rad of its place in the plan; a gait if the "
         f"robot does not fall within {STRIDES} strides, its end is how far it stays behind. *End*: median of "
