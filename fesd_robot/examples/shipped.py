@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -79,9 +80,7 @@ def find_task(given: str | Path) -> Path:
     Raises:
         TaskError: for a name that is neither, with the nearest name.
     """
-    path = Path(given)
-    if not path.name:
-        raise TaskError(f"found '{given}', expected a task file or the name of a task")
+    path = _path(given, "task")
     if path.is_file():
         return path
     tasks = {example.name: example.path for example in shipped_examples() if example.kind == "task"}
@@ -93,13 +92,7 @@ def find_task(given: str | Path) -> Path:
                 file=path,
             )
         return path
-    if str(given) in tasks:
-        return tasks[str(given)]
-    # The nearest file first: who writes a name without suffix has perhaps forgotten it.
-    hint = nearest_file(path.with_suffix(_SUFFIX)) or nearest(str(given), tasks)
-    raise TaskError(
-        f"found '{given}', expected a task file or the name of a task that `fesd-robot examples` lists{hint}"
-    )
+    return _named(str(given), tasks, "task", "that `fesd-robot examples` lists")
 
 
 def shipped_sweeps() -> dict[str, Path]:
@@ -116,18 +109,27 @@ def find_sweep(given: str | Path) -> Path:
     Raises:
         TaskError: for a name that is neither, with the nearest name.
     """
-    path = Path(given)
-    if not path.name:
-        raise TaskError(f"found '{given}', expected a sweep file or the name of a sweep")
+    path = _path(given, "sweep")
     if path.is_file() or path.suffix or path.name != str(given):
         return path
-    sweeps = shipped_sweeps()
-    if str(given) in sweeps:
-        return sweeps[str(given)]
-    raise TaskError(
-        f"found '{given}', expected a sweep file or the name of a sweep that comes with the program"
-        f"{nearest_file(path.with_suffix(_SUFFIX)) or nearest(str(given), sweeps)}"
-    )
+    return _named(str(given), shipped_sweeps(), "sweep", "that comes with the program")
+
+
+def _path(given: str | Path, kind: str) -> Path:
+    """Return what is given for a file of a kind as a path that has a name."""
+    path = Path(given)
+    if not path.name:
+        raise TaskError(f"found '{given}', expected a {kind} file or the name of a {kind}")
+    return path
+
+
+def _named(name: str, files: Mapping[str, Path], kind: str, which: str) -> Path:
+    """Return the file of a kind that has a name."""
+    if name in files:
+        return files[name]
+    # The nearest file first: who writes a name without suffix has perhaps forgotten it.
+    hint = nearest_file(Path(name).with_suffix(_SUFFIX)) or nearest(name, files)
+    raise TaskError(f"found '{name}', expected a {kind} file or the name of a {kind} {which}{hint}")
 
 
 def _task(file: Path) -> Example:

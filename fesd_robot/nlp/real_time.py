@@ -137,9 +137,7 @@ class RealTimeInteriorPoint:
         self._functions = [_Buffered(one) for one in (nlp.nlp, nlp.gradient, nlp.jacobian, nlp.hessian)]
         self._library = library
         self._set_pattern(nlp)
-        self._systems = [
-            _KktMatrix(self._row, self._column, np.ones(self.size + self._m, dtype=bool), self.size, library)
-        ]
+        self._systems = list[_KktMatrix]()
         self.analyse(np.zeros(self.size, dtype=bool), np.zeros(0, dtype=int))
 
     def renumber(self, numbers: NlpNumbers) -> None:
@@ -158,6 +156,17 @@ class RealTimeInteriorPoint:
             passed: which variables, (n) of bool; none of earlier calls stay fixed.
             left_out: numbers of further rows that are left out.
         """
+        in_matrix = self._leave_out(passed, left_out)
+        self._system = next(each for each in reversed(self._systems) if not in_matrix[~each.kept].any())
+
+    def analyse(self, passed: np.ndarray, left_out: np.ndarray) -> None:
+        """Make a smaller KKT matrix ready for whenever these variables, or more of them, have passed."""
+        in_matrix = self._leave_out(passed, left_out)
+        self._system = _KktMatrix(self._row, self._column, in_matrix, self.size, self._library)
+        self._systems.append(self._system)
+
+    def _leave_out(self, passed: np.ndarray, left_out: np.ndarray) -> np.ndarray:
+        """Take note of what `restrict` fixes and leaves out; return what is left of the KKT matrix, (n + m) of bool."""
         self.fixed = self._always_fixed | passed
         free = ~self.fixed[self._jacobian_columns]
         live = np.bincount(self._jacobian_rows, free, minlength=self._m) > 0
@@ -167,18 +176,7 @@ class RealTimeInteriorPoint:
         self._dead_curvature = np.flatnonzero(self.fixed[self._hessian_rows] | self.fixed[self._hessian_columns])
         self._dead_slopes = np.flatnonzero(~(free & live[self._jacobian_rows]))
         self._live = np.concatenate([~self.fixed, live[self._unequal]])[self._bounds.places]
-        in_matrix = np.concatenate([~self.fixed, live])
-        self._system = next(each for each in reversed(self._systems) if not in_matrix[~each.kept].any())
-
-    def analyse(self, passed: np.ndarray, left_out: np.ndarray) -> None:
-        """Make a smaller KKT matrix ready for whenever these variables, or more of them, have passed."""
-        self.restrict(passed, left_out)
-        live = np.ones(self._m, dtype=bool)
-        live[self._inert] = False
-        self._systems.append(
-            _KktMatrix(self._row, self._column, np.concatenate([~self.fixed, live]), self.size, self._library)
-        )
-        self._system = self._systems[-1]
+        return np.concatenate([~self.fixed, live])
 
     def hold(self, rows: np.ndarray, x: np.ndarray) -> None:
         """Let equality rows keep the values that they have at a point; others have those of the program.
@@ -195,6 +193,11 @@ class RealTimeInteriorPoint:
         """Let rows have values that are larger by an amount than those of the program."""
         chosen = np.searchsorted(self._rows, rows)
         self._target[chosen] = self._own_target[chosen] + amount
+
+    @property
+    def bounds(self) -> int:
+        """Number b of bounds of variables and inequality rows."""
+        return len(self._bounds.places)
 
     @property
     def bounded_rows(self) -> np.ndarray:
@@ -378,6 +381,9 @@ class RealTimeInteriorPoint:
         self._upper_half = np.flatnonzero(rows <= columns)
         self._hessian_rows, self._hessian_columns = rows[self._upper_half], columns[self._upper_half]
         n, m = self.size, self._m
+        self._hessian_ends, self._jacobian_ends = (
+            np.searchsorted(each, np.arange(n + 1)) for each in (self._hessian_columns, self._jacobian_columns)
+        )
         self._row = np.concatenate([self._hessian_rows, np.arange(n), self._jacobian_columns, n + np.arange(m)])
         self._column = np.concatenate([self._hessian_columns, np.arange(n), n + self._jacobian_rows, n + np.arange(m)])
 
@@ -397,8 +403,8 @@ class RealTimeInteriorPoint:
             if negative == 0 or self.proximity > STRONGEST:
                 break
             self.proximity = max(100 * self.proximity, 1e-4)
-        upper = _columns_in_order(curvature, self._hessian_rows, self._hessian_columns, (self.size, self.size))
-        jacobian = _columns_in_order(slopes, self._jacobian_rows, self._jacobian_columns, (self._m, self.size))
+        upper, shape = self._upper(curvature), (self._m, self.size)
+        jacobian = sparse.csc_matrix((slopes, self._jacobian_rows, self._jacobian_ends), shape=shape)
         self._parts = upper, upper.diagonal(), diagonal, jacobian, rows
 
     def _solve(self, right: np.ndarray) -> np.ndarray:
@@ -411,22 +417,18 @@ class RealTimeInteriorPoint:
 
     def _curvature(self, d: np.ndarray) -> np.ndarray:
         """Return H d."""
-        upper = _columns_in_order(self._hessian, self._hessian_rows, self._hessian_columns, (self.size, self.size))
+        upper = self._upper(self._hessian)
         return upper @ d + upper.T @ d - upper.diagonal() * d
+
+    def _upper(self, values: np.ndarray) -> sparse.csc_matrix:
+        """Return the upper half of a matrix with the pattern of the Hessian."""
+        return sparse.csc_matrix((values, self._hessian_rows, self._hessian_ends), shape=(self.size, self.size))
 
     def _product(self, d: np.ndarray) -> np.ndarray:
         return np.bincount(self._jacobian_rows, self._jacobian * d[self._jacobian_columns], minlength=self._m)
 
     def _transposed(self, lam: np.ndarray) -> np.ndarray:
         return np.bincount(self._jacobian_columns, self._jacobian * lam[self._jacobian_rows], minlength=self.size)
-
-
-def _columns_in_order(
-    values: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]
-) -> sparse.csc_matrix:
-    """Return the matrix of entries that are ordered by columns."""
-    ends = np.searchsorted(columns, np.arange(shape[1] + 1))
-    return sparse.csc_matrix((values, rows, ends), shape=shape)
 
 
 class _Bounds:

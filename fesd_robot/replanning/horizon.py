@@ -90,6 +90,7 @@ class Horizon:
         self._end_row = self._row_of_the_end()
         for phase in range(1, beginnings or len(own.grid.phases)):
             self.solver.analyse(*self._passed(self.running.first_of(phase))[:2])
+        self._element: int | None = None
         self.restrict(motion.w, 0)
         self.settled = self._settled(np.clip(motion.w, numbers.lower, numbers.upper), least)
 
@@ -206,7 +207,9 @@ class Horizon:
             whole: whether all of its interval is left.
         """
         passed, left_out, held = self._passed(element)
-        self.solver.restrict(passed, left_out)
+        if element != self._element:
+            self.solver.restrict(passed, left_out)
+            self._element = element
         if not whole:
             self.solver.hold(held, x)
             return
@@ -226,8 +229,8 @@ class Horizon:
 
     def _settled(self, x: np.ndarray, least: float) -> PrimalDual:
         """Return the solution, for a barrier and a strength of bounds that fit this plan."""
-        solver, start = self.solver, self.solver.at(x)
-        largest = BARRIER * abs(solver.objective(x)) / max(len(start.z), 1)
+        solver = self.solver
+        largest = BARRIER * abs(solver.objective(x)) / max(solver.bounds, 1)
         self.barriers = max(least * largest, LEAST_BARRIER), max(largest, LEAST_BARRIER)
         solver.barrier = self.barriers[0]
         iterate = self._centred(solver.at(x))
