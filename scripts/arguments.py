@@ -29,6 +29,13 @@ PROGRAM_IS = (
 """What a page says of the column."""
 
 
+def check_counts(parser: argparse.ArgumentParser, given: argparse.Namespace, *options: str) -> None:
+    """End the program where one of these options is a number below 1."""
+    for option in options:
+        if (value := getattr(given, option)) < 1:
+            parser.error(f"argument --{option}: found {value}, expected 1 or more")
+
+
 def task_parser(description: str, page: Path) -> argparse.ArgumentParser:
     """Return a parser of names of tasks, a number of processes, and where the page goes.
 

@@ -31,7 +31,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from arguments import machine
+from arguments import check_counts, machine
 
 OMEGA = 2 * np.pi
 STEPS = 34
@@ -376,9 +376,7 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--starts", type=int, default=12, help="further initial states that count failures")
     parser.add_argument("--page", type=Path, metavar="FILE", help="also write the results to this file")
     arguments = parser.parse_args(words)
-    for option in ("repeat", "starts"):
-        if getattr(arguments, option) < 1:
-            parser.error(f"argument --{option}: found {getattr(arguments, option)}, expected 1 or more")
+    check_counts(parser, arguments, "repeat", "starts")
     if arguments.page and not arguments.page.parent.is_dir():
         parser.error(f"argument --page: there is no folder {arguments.page.parent}")
     return arguments

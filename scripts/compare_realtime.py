@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from arguments import check_counts
 from bench_step_nosnoc import machine
 from compare.cart_transport.answers import WARM, Answer, AnswerTo, Impact, Nosnoc, Ours
 from compare.cart_transport.law import starts
@@ -169,9 +170,7 @@ def parse(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--rides", type=int, default=20, help="in closed loop")
     parser.add_argument("--page", type=Path, metavar="FILE", help="write a page, and all numbers beside it")
     arguments = parser.parse_args(words)
-    for option in ("starts", "rides"):
-        if getattr(arguments, option) < 1:
-            parser.error(f"argument --{option}: found {getattr(arguments, option)}, expected 1 or more")
+    check_counts(parser, arguments, "starts", "rides")
     if arguments.impact and not arguments.impact.is_file():
         parser.error(f"argument --impact: there is no program {arguments.impact}")
     if arguments.page and not arguments.page.parent.is_dir():

@@ -85,6 +85,14 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
             )
 
 
+@pytest.fixture(scope="session")
+def jump() -> Plan:
+    """The hopper's jump in the plane: two landings."""
+    found = plan(load_task(ONE_JUMP.with_name("hopper_one_jump.yaml"), ["solver.effort=quick", "output.page=false"]))
+    assert found.status.solved
+    return found
+
+
 @pytest.fixture
 def python_interrupts() -> Iterator[None]:
     """SIGINT has Python's own handler: a shell that starts the tests may have it ignored."""

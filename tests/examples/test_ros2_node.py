@@ -11,11 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fesd_robot import plan as plan_task
 from fesd_robot.in_mujoco import Deviation, mujoco_scene, run
 from fesd_robot.ocp import formulate
 from fesd_robot.plans import Plan, task_of, write_plan
-from fesd_robot.task import load_task
 
 ROOT = Path(__file__).parents[2]
 
@@ -84,12 +82,6 @@ def example() -> Any:
         patched.setitem(sys.modules, "ros2_node", loaded)
         specification.loader.exec_module(loaded)
         yield loaded
-
-
-@pytest.fixture(scope="module")
-def jump() -> Plan:
-    """The hopper's jump in the plane."""
-    return plan_task(load_task(ROOT / "tasks/hopper_one_jump.yaml", ["solver.effort=quick", "output.page=false"]))
 
 
 @pytest.fixture

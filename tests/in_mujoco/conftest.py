@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from fesd_robot import plan
 from fesd_robot.in_mujoco import MujocoScene, mujoco_scene
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, task_of
@@ -18,14 +17,6 @@ TASKS = Path(__file__).parents[2] / "tasks"
 def formulated(name: str) -> MotionProblem:
     """Return a shipped task, formulated."""
     return formulate(load_task(TASKS / f"{name}.yaml"), driven=False)
-
-
-@pytest.fixture(scope="session")
-def jump() -> Plan:
-    """The hopper's jump in the plane: two landings."""
-    found = plan(load_task(TASKS / "hopper_one_jump.yaml", ["solver.effort=quick", "output.page=false"]))
-    assert found.status.solved
-    return found
 
 
 @pytest.fixture(scope="session")

@@ -6,21 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from fesd_robot import plan
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, task_of
 from fesd_robot.replanning import Replanner
-from fesd_robot.task import load_task
 
 TASKS = Path(__file__).parents[2] / "tasks"
-
-
-@pytest.fixture(scope="session")
-def jump() -> Plan:
-    """The hopper's jump in the plane: two landings."""
-    found = plan(load_task(TASKS / "hopper_one_jump.yaml", ["solver.effort=quick", "output.page=false"]))
-    assert found.status.solved
-    return found
 
 
 @pytest.fixture(scope="session")
