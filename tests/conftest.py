@@ -37,6 +37,7 @@ SLOW = {
     "planning",
     "refinement",
     "render",
+    "replanning",
     "scripts",
     "simulation",
     "starts",
