@@ -38,7 +38,7 @@ def examples(
     ] = None,
     everything: Annotated[bool, typer.Option("--all", help="Copy all of them.")] = False,
     out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Folder for the copies, which go to tasks/, sweeps/ and models/ in it.")
+        Path, typer.Option("--out", metavar="DIR", help="Folder for the copies: tasks/, sweeps/, models/.")
     ] = Path(),
     force: Annotated[bool, typer.Option("--force", help="Replace files that have another content.")] = False,
 ) -> None:

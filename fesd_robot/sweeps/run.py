@@ -181,6 +181,8 @@ class _Driver:
         self._best: tuple[float, int] | None = None
         self._next_file, self._limits = time.monotonic() + _LEAST_PAUSE, self._limits_of(settings)
         self._done, self._tally = bytearray(len(rows)), Tally(len(rows))
+        self._starts: dict[int, int] = {}
+        self._abandoned: dict[int, tuple[int, float]] = {}
 
     def run(self, executor: Executor, on_progress: Callable[[Tally], None]) -> None:
         """Do all rows that are not there yet."""
@@ -193,9 +195,11 @@ class _Driver:
                     if following is None:
                         more = False
                     else:
-                        executor.submit(self._order(*following))
+                        self._submit(executor, *following)
                 self._tally.running = len(executor.running)
                 for answer in executor.answers(_WAIT) if executor.running else []:
+                    if self._again_alone(answer, executor):
+                        continue
                     self._note(answer)
                     if answer.verdict is Verdict.SOLVED:
                         schedule.solved(answer.number)
@@ -234,6 +238,22 @@ class _Driver:
             return FromNearest(self._rows.places, self._done, solved)
         return InTurn(len(self._rows), self._done)
 
+    def _submit(self, executor: Executor, number: int, start: int | None) -> None:
+        """Order a row, and remember which one it begins from."""
+        order = self._order(number, start)
+        if order.start is not None:
+            self._starts[number] = order.start.number
+        executor.submit(order)
+
+    def _again_alone(self, answer: Answer, executor: Executor) -> bool:
+        """Order a row from its task alone where the process that began from another one has failed."""
+        start = self._starts.pop(answer.number, None)
+        if start is None or answer.verdict.state is not State.FAILED or answer.verdict is Verdict.REFUSED:
+            return False
+        self._abandoned[answer.number] = (start, answer.seconds)
+        self._submit(executor, answer.number, None)
+        return True
+
     def _order(self, number: int, start: int | None) -> Order:
         plan = None if start is None else self._folder.plan_of(start)
         keep = self._settings.keep
@@ -265,14 +285,16 @@ class _Driver:
 
     def _append(self, answer: Answer, place: str = "") -> None:
         inputs = self._rows.inputs(answer.number)
+        begun, spent = self._abandoned.pop(answer.number, (None, 0.0))
         row = {
             "number": answer.number,
             **inputs,
             "identity": _hash(self._folder.record.identity, as_overrides(inputs))[:16],
             "state": answer.verdict.state.value,
             "verdict": answer.verdict.value,
+            "abandoned": begun,
             **answer.values,
-            "seconds": round(answer.seconds, 3),
+            "seconds": round(answer.seconds + spent, 3),
             "memory": None if answer.megabytes is None else round(answer.megabytes, 1),
             "message": answer.message,
             "plan": place,

@@ -37,6 +37,8 @@ RESULTS: Mapping[str, type] = {
     "seconds": float,
     "memory": float,
     "start": int,
+    "abandoned": int,
+    "abandoned_iterations": int,
     "message": str,
     "plan": str,
 }

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fesd_robot.sweeps import SweepSettings, SweepTable, Tally, load_sweep, read_sweep, swept
-from tests.sweeps.stubs import noted, parabola
+from tests.sweeps.stubs import alone_only, noted, parabola
 
 SWEEP = {
     "task": "hopper_one_jump",
@@ -98,6 +98,15 @@ def test_neighbours_begin_from_the_nearest_solved_row(tmp_path: Path) -> None:
         (3, 2),
         (4, 3),
     ]
+
+
+def test_a_row_that_fails_from_its_neighbour_is_planned_alone(tmp_path: Path) -> None:
+    """A process that ends where it begins from another row costs no row: its task follows, and the row says so."""
+    own = {**SWEEP, "warm": "nearest", "vary": {"goal.configuration.root_x": [0.8, 0.9, 1.0, 1.1, 1.2]}}
+    table = swept(load_sweep(own), tmp_path / "out", SweepSettings(jobs=1), alone_only)
+    assert table.columns["verdict"] == ["solved"] * 5 and table.columns["start"] == [None] * 5
+    assert [row is None for row in table.columns["abandoned"]] == [False, False, True, False, False]
+    assert "did so in vain" in (tmp_path / "out" / "sweep.html").read_text()
 
 
 def test_the_record_is_plain(table: SweepTable) -> None:
