@@ -25,7 +25,8 @@ _SHOWN = 3
 def copy_examples(names: Sequence[str], out: Path, *, schema: bytes, overwrite: bool = False) -> list[Path]:
     """Copy tasks with every file that they name, sweeps and models into folders of these names in another folder.
 
-    A sweep goes alone: its task is one that comes with the program. All relative paths in the copies hold. Nothing is written if a file would be lost.
+    A sweep goes alone, for its task comes with the program. All relative paths in the copies hold. Nothing is written
+    if a file would be lost.
 
     Args:
         names: of tasks, sweeps or models; none stands for all.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +26,13 @@ CONTINUED_SHARE = 0.5
 """Part of the time limit of a row for the plan that begins from another one."""
 
 
-def planned(order: Order, task_file: Path) -> Answer:
+def planned(order: Order, task_file: Path, measure: Callable[[Plan], Mapping[str, Any]] | None = None) -> Answer:
     """Plan a task with the values of a row.
 
     Args:
         order: the values.
         task_file: the task, which its own files lie around.
+        measure: plan -> values of further columns of the table; a function of a module.
 
     Raises:
         FesdRobotError: the task is not valid with these values.
@@ -46,6 +48,8 @@ def planned(order: Order, task_file: Path) -> Answer:
     assert result is not None
     verdict = Verdict.SOLVED if result.status.solved else Verdict.NOT_SOLVED
     values = values_of(result) | _counted(order.start, begun, alone, result)
+    if measure is not None:
+        values |= measure(result)
     wanted = order.keep == "all" or (result.status.solved and order.keep != "none")
     if order.cheaper_than is not None and result.statistics.objective >= order.cheaper_than:
         wanted = False

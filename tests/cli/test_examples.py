@@ -59,7 +59,7 @@ def test_a_copy_of_a_sweep_stands_alone(run: Callable[..., Any]) -> None:
     copy = Path("here/sweeps/leg_length.yaml")
     assert outcome.code == 0 and f"Next: fesd-robot sweep {copy}" in outcome.out
     assert [path for path in Path("here").rglob("*") if path.is_file()] == [copy]
-    assert load_sweep(copy).task_file == ROOT / "tasks" / "hopper_one_jump.yaml"
+    assert load_sweep(copy).file_of("hopper_one_jump") == ROOT / "tasks" / "hopper_one_jump.yaml"
 
 
 def test_a_task_is_planned_by_its_name(run: Callable[..., Any], small: list[str]) -> None:

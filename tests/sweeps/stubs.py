@@ -72,6 +72,12 @@ def kills_itself_once(order: Order, task: Path) -> Answer:
     return parabola(order, task)
 
 
+def named(order: Order, task: Path) -> Answer:
+    """Answer with the name that the task file has, and with the first override."""
+    name = next(line for line in task.read_text().splitlines() if line.startswith("name:")).removeprefix("name: ")
+    return Answer(order.number, Verdict.SOLVED, {"cost": 1.0, "name": name, "first": order.overrides[0]}, "Solved.")
+
+
 def noted(order: Order, task: Path) -> Answer:
     """Say from which row it begins."""
     begun = order.start.number if order.start else None

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fesd_robot.sweeps import SweepSettings, SweepTable, Tally, load_sweep, read_sweep, swept
-from tests.sweeps.stubs import alone_only, noted, parabola
+from tests.sweeps.stubs import alone_only, named, noted, parabola
 
 SWEEP = {
     "task": "hopper_one_jump",
@@ -42,6 +42,19 @@ def test_identity_is_of_task_values_and_version(table: SweepTable, tmp_path: Pat
         load_sweep({**SWEEP, "set": {"horizon.intervals": 21}}), tmp_path / "other", SweepSettings(), parabola
     )
     assert not set(other.columns["identity"]) & set(table.columns["identity"])
+
+
+def test_several_tasks_and_cases_are_a_table(tmp_path: Path) -> None:
+    """Each row is planned with its task's file and its case's keys; ends are of all robots; measures have columns."""
+    cases = {"plain": {"solver.effort": "quick"}, "wet": {"ground.friction": 0.3}}
+    told = {"vary": {"task": ["hopper_one_jump", "block_push"]}, "cases": cases}
+    measures = {"name": str, "first": str}
+    table = swept(load_sweep(told), tmp_path / "out", SweepSettings(jobs=1), named, measures=measures)
+    assert table.columns["task"] == table.columns["name"] == ["hopper_one_jump"] * 2 + ["block_push"] * 2
+    assert table.columns["case"] == ["plain", "wet"] * 2
+    assert table.columns["first"] == ['solver.effort="quick"', "ground.friction=0.3"] * 2
+    assert {"end.leg", "end.root_x"} <= set(table.columns)
+    assert read_sweep(tmp_path / "out").columns == table.columns
 
 
 def test_parquet_holds_the_same(table: SweepTable) -> None:
