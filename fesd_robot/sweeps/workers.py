@@ -9,18 +9,16 @@ import logging
 import multiprocessing
 import os
 import pickle
-import queue
 import signal
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import IO, Any
 
 import psutil
 
@@ -51,8 +49,6 @@ _FIRST_TO_GO = "1000"
 """oom_score_adj: of all processes, the system ends workers first where memory is short."""
 
 _STARTING = threading.Lock()
-
-Argument = TypeVar("Argument")
 
 
 @dataclass(frozen=True)
@@ -150,39 +146,6 @@ class Worker:
             raise SweepError(f"it does not begin within {_TO_START:g} s")
         own.recv()
         return self._process, own, self._said
-
-
-def in_processes(
-    function: Callable[[Argument], Any], arguments: Iterable[Argument], jobs: int, limits: Limits = UNLIMITED
-) -> Iterator[tuple[Argument, Outcome]]:
-    """Yield each argument with what becomes of it in a process, as they come.
-
-    Args:
-        function: as of `Worker`.
-        arguments: of it.
-        jobs: how many processes work at once.
-        limits: what each argument may take.
-    """
-    idle: queue.SimpleQueue[Worker] = queue.SimpleQueue()
-    workers = [Worker(function) for _ in range(jobs)]
-    for worker in workers:
-        idle.put(worker)
-
-    def done(argument: Argument) -> tuple[Argument, Outcome]:
-        worker = idle.get()
-        try:
-            return argument, worker.outcome(argument, limits)
-        finally:
-            idle.put(worker)
-
-    with ThreadPoolExecutor(jobs) as pool:
-        try:
-            for future in as_completed([pool.submit(done, argument) for argument in arguments]):
-                yield future.result()
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for worker in workers:
-                worker.end()
 
 
 def _watched(
