@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +57,7 @@ def planned(order: Order, task_file: Path, measure: Callable[[Plan], Mapping[str
     return Answer(order.number, verdict, values, result.status.message, files=files)
 
 
-def _begun_from(start: Start, task_file: Path, overrides: list[str]) -> Plan | None:
+def _begun_from(start: Start, task_file: Path, overrides: Sequence[str]) -> Plan | None:
     """Return the plan that begins from another row's, in half of the time that is left, so that its task has the rest.
 
     Returns:
