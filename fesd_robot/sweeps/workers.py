@@ -240,6 +240,7 @@ def _received(duplicate: Any) -> int:
 def _serve(connection: Connection, said: int | None, function: Callable[[Any], Any]) -> None:
     """Return the values of arguments until none come."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _leave_forkserver()
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGKILL)
         with contextlib.suppress(OSError):
@@ -267,6 +268,19 @@ def _serve(connection: Connection, said: int | None, function: Callable[[Any], A
         except Exception as error:
             broken = Outcome(None, Verdict.ERROR, f"its value cannot be sent: {error}", megabytes=outcome.megabytes)
             connection.send((broken, 0.0))
+
+
+def _leave_forkserver() -> None:
+    """Close the pipe by which a process keeps alive the one that it is forked from.
+
+    That one then ends with the program that started it, and this one with it, whatever it does.
+    """
+    if "forkserver" in multiprocessing.get_all_start_methods():
+        from multiprocessing.forkserver import _forkserver  # type: ignore[attr-defined]
+
+        alive, _forkserver._forkserver_alive_fd = _forkserver._forkserver_alive_fd, None
+        if alive is not None:
+            os.close(alive)
 
 
 def _tried(function: Callable[[Any], Any], argument: Any) -> Outcome:

@@ -1,17 +1,20 @@
-"""Real plans of one jump in sweeps whose workers and drivers are killed: which rows are there, and at which costs.
+"""Real plans in sweeps whose workers and drivers are killed: which rows are there, and at which costs.
 
-    python scripts/benchmarks/sweep_faults.py              # 12 rows in four ways, five minutes
-    python scripts/benchmarks/sweep_faults.py --rows 3 --kills 2 --page FILE.md
+    python scripts/benchmarks/sweep_faults.py                # all, ten minutes
+    python scripts/benchmarks/sweep_faults.py --only cluster --rows 3 --page FILE.md
+    python scripts/benchmarks/sweep_faults.py --only killed --kills 2 --page FILE.md
 
-Processes of this machine make the rows first; then two workers of a Dask cluster over TCP, each a program of its own;
-the same cluster, one worker of which is killed after a quarter of the rows; and the command, killed again and again at
-random times and resumed. The table goes to docs/results/sweep-faults.md. Exit code 1 if a row is missing or twice, or a
+*cluster*: a process of this machine plans jumps; then two workers of a Dask cluster over TCP, each a program of its
+own; then the same, one worker of which is killed after a quarter of the rows. *killed*: the command plans pushes of a
+block, is killed again and again at random times, and resumed; a process plans the same rows without a kill. Figures go
+to docs/results/sweep-faults.json, and as a table to sweep-faults.md. Exit code 1 if a row is missing or twice, or a
 cost differs by more than 1e-9 of it.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import random
 import signal
@@ -19,9 +22,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -39,65 +42,61 @@ PAGE = ROOT / "docs" / "results" / "sweep-faults.md"
 SAME = 1e-9
 """Part of a cost by which it may differ."""
 
-WORKERS_COME = 60.0
+WORKERS_COME = 120.0
 """s that workers have to come."""
 
 LATEST = 8.0
 """s within which a kill comes, after a row or after the begin."""
 
-HEADER = ("how", "rows", "solved", "largest difference of a cost", "iterations", "seconds", "kills")
-KILLED = ("kill", "after [s]", "rows in the table", "of which interrupted", "plans that they name are there")
+SET = {"solver.effort": "quick", "output.page": False, "output.figures": False}
+TASKS = {
+    "cluster": ("hopper_one_jump", {"goal.configuration.root_x": [0.7, 1.1]}),
+    "killed": ("block_push", {"goal.configuration.root_x": [0.7, 0.9]}),
+}
+"""What is measured -> task, and the range that is varied."""
+
+HEADER = ("how", "task", "rows", "solved", "largest difference of a cost", "iterations", "seconds", "kills")
+KILLED = ("kill", "after [s]", "rows in the table", "those in it are once, with their plans")
+
+Line = dict[str, Any]
+"""Figures of a sweep, by the columns of the table."""
 
 
-@dataclass(frozen=True)
-class Made:
-    """A sweep that was made: how, its table, its seconds, and how often something was killed meanwhile."""
-
-    how: str
-    table: SweepTable
-    seconds: float
-    kills: int = 0
-
-    def right(self, first: Made) -> bool:
-        """Return whether it has every row once, with the costs of another one."""
-        return self.table.columns["number"] == first.table.columns["number"] and self.apart(first) <= SAME
-
-    def apart(self, first: Made) -> float:
-        """Return the largest difference of a cost from that of another one, as a part of it."""
-        pairs = zip(self.table.columns["cost"], first.table.columns["cost"], strict=True)
-        return max(abs(own - other) / abs(other) for own, other in pairs)
-
-    def cells(self, first: Made) -> list[str]:
-        """Return its line beside that of another one."""
-        columns = self.table.columns
-        solved, same = columns["verdict"].count("solved"), columns["iterations"] == first.table.columns["iterations"]
-        numbers = [str(len(self.table)), str(solved), f"{self.apart(first):.1e}", "the same" if same else "others"]
-        return [self.how, *numbers, f"{self.seconds:.0f}", str(self.kills or "–")]
-
-
-def told(rows: int) -> dict[str, object]:
-    """Return the sweep: one jump over distances."""
+def sweep_of(what: str, rows: int) -> dict[str, Any]:
+    """Return the sweep of what is measured."""
+    task, varied = TASKS[what]
     return {
-        "task": "hopper_one_jump",
-        "set": {"solver.effort": "quick", "output.page": False, "output.figures": False},
-        "vary": {"goal.configuration.root_x": {"range": [0.7, 1.1], "count": rows}},
+        "task": task,
+        "set": SET,
+        "vary": {key: {"range": ends, "count": max(rows, 2)} for key, ends in varied.items()},
     }
 
 
-def by_processes(rows: int, folder: Path) -> Made:
-    """Make the rows by one process of this machine."""
+def line(how: str, table: SweepTable, first: SweepTable, seconds: float, kills: int = 0) -> Line:
+    """Return the figures of a sweep, its costs and iterations held against those of another one."""
+    own, other = table.columns, first.columns
+    whole = own["number"] == other["number"]
+    differences = [abs(a - b) / abs(b) for a, b in zip(own["cost"], other["cost"], strict=True)] if whole else [1.0]
+    task = json.loads((table.folder / "sweep.json").read_text(encoding="utf-8"))["sweep"]["task"]
+    same = "the same" if own["iterations"] == other["iterations"] else "others"
+    values = (how, task, len(table), own["verdict"].count("solved"), max(differences), same, seconds, kills)
+    return dict(zip(HEADER, values, strict=True))
+
+
+def by_processes(told: Mapping[str, Any], folder: Path) -> tuple[SweepTable, float]:
+    """Make the rows by one process of this machine; return them, and the seconds."""
     begin = time.monotonic()
-    table = swept(load_sweep(told(rows)), folder / "processes", SweepSettings(jobs=1), planned)
-    return Made("one process", table, time.monotonic() - begin)
+    table = swept(load_sweep(told), folder / "processes", SweepSettings(jobs=1), planned)
+    return table, time.monotonic() - begin
 
 
-def by_cluster(rows: int, folder: Path, killed_after: int | None = None) -> Made:
-    """Make the rows by two workers over TCP.
+def by_cluster(told: Mapping[str, Any], folder: Path, killed_after: int | None = None) -> tuple[SweepTable, float, int]:
+    """Make the rows by two workers over TCP; return them, the seconds, and how many workers were killed.
 
     Args:
         killed_after: rows after which one worker is killed.
     """
-    out = folder / ("cluster" if killed_after is None else "killed")
+    out = folder / ("cluster" if killed_after is None else "one-killed")
     place, kills = folder / f"{out.name}-workers", list[int]()
     place.mkdir()
     dask.SECONDS_TO_ANSWER = WORKERS_COME
@@ -110,20 +109,33 @@ def by_cluster(rows: int, folder: Path, killed_after: int | None = None) -> Made
                 cluster.workers[0].wait()
 
         begin = time.monotonic()
-        table = swept(load_sweep(told(rows)), out, SweepSettings(scheduler=cluster.address), planned, kill)
-        seconds = time.monotonic() - begin
-    how = "two Dask workers over TCP" + (f", one killed after {killed_after} rows" if kills else "")
-    return Made(how, table, seconds, len(kills))
+        table = swept(load_sweep(told), out, SweepSettings(scheduler=cluster.address), planned, kill)
+        return table, time.monotonic() - begin, len(kills)
 
 
-def by_killed_command(rows: int, folder: Path, kills: int, seed: int) -> tuple[Made, list[list[str]]]:
-    """Make the rows by the command, killed at random times; return it, and a line about what each kill has left."""
-    file, out, draw, lines = folder / "jumps.yaml", folder / "command", random.Random(seed), list[list[str]]()
-    YAML(typ="safe").dump(told(rows), file)
+def cluster_lines(rows: int, folder: Path) -> list[Line]:
+    """Make jumps in three ways."""
+    told = sweep_of("cluster", rows)
+    first, seconds = by_processes(told, folder)
+    lines = [line("one process", first, first, seconds)]
+    print(lines[-1], flush=True)
+    for after in (None, max(1, rows // 4)):
+        table, seconds, kills = by_cluster(told, folder, after)
+        how = "two Dask workers over TCP" + (f", one killed after {after} rows" if kills else "")
+        lines.append(line(how, table, first, seconds, kills))
+        print(lines[-1], flush=True)
+    return lines
+
+
+def killed_lines(rows: int, folder: Path, kills: int, seed: int) -> tuple[list[Line], list[list[str]]]:
+    """Make pushes by the command, killed at random times; return both lines, and one about what each kill leaves."""
+    told = sweep_of("killed", rows)
+    file, out, draw, left = folder / "pushes.yaml", folder / "command", random.Random(seed), list[list[str]]()
+    YAML(typ="safe").dump(told, file)
     command = [sys.executable, "-m", "fesd_robot", "sweep", str(file), "--out", str(out), "--jobs", "1", "--quiet"]
     begin = time.monotonic()
     for number in range(kills):
-        before, program = _rows_in(out), subprocess.Popen([*command, *(["--resume"] if number else [])])
+        before, program = _rows_in(out), subprocess.Popen([*command, *(["--resume"] if _begun(out) else [])])
         # every second kill waits for a row, the others come whenever they do, also before the first
         while number % 2 and _rows_in(out) <= before and program.poll() is None:
             time.sleep(0.02)
@@ -132,72 +144,85 @@ def by_killed_command(rows: int, folder: Path, kills: int, seed: int) -> tuple[M
         program.send_signal(signal.SIGKILL)
         program.wait()
         psutil.wait_procs(children, timeout=30.0)
-        lines.append([str(number + 1), f"{time.monotonic() - begin:.0f}", *_left(out)])
-    subprocess.run([*command, "--resume"], check=True)
-    made = Made(f"the command, killed {kills} times", read_sweep(out), time.monotonic() - begin, kills)
-    return made, lines
+        left.append([str(number + 1), f"{time.monotonic() - begin:.0f}", *_left(out)])
+        print(left[-1], flush=True)
+    subprocess.run([*command, *(["--resume"] if _begun(out) else [])], check=True)
+    seconds = time.monotonic() - begin
+    first, alone = by_processes(told, folder / "alone")
+    lines = [
+        line("one process", first, first, alone),
+        line(f"the command, killed {kills} times", read_sweep(out), first, seconds, kills),
+    ]
+    print(lines[-1], flush=True)
+    return lines, left
+
+
+def _begun(out: Path) -> bool:
+    return (out / "sweep.json").is_file()
 
 
 def _rows_in(out: Path) -> int:
-    return len(read_sweep(out)) if (out / "sweep.json").is_file() else 0
+    return len(read_sweep(out)) if _begun(out) else 0
 
 
 def _left(out: Path) -> list[str]:
-    """Return what can be read after a kill: rows, interrupted ones, and whether their plans are there."""
-    if not (out / "sweep.json").is_file():
-        return ["not begun", "0", "–"]
+    """Return what can be read after a kill: how many rows, and whether each is there once, with its plan."""
+    if not _begun(out):
+        return ["not begun", "–"]
     columns = read_sweep(out).columns
-    assert len(set(columns["number"])) == len(columns["number"])
-    there = [(out / plan / "plan.json").is_file() for plan in columns["plan"] if plan]
-    return [str(len(there)), str(columns["state"].count("interrupted")), "yes" if all(there) else "no"]
+    once = len(set(columns["number"])) == len(columns["number"])
+    there = all(plan and (out / plan / "plan.json").is_file() for plan in columns["plan"])
+    return [str(len(columns["number"])), "yes" if once and there else "no"]
 
 
-def page(made: list[Made], kills: list[list[str]]) -> str:
+def page(told: Mapping[str, Any]) -> str:
     """Return the page."""
-    first = made[0]
+
+    def cells(one: Line) -> list[str]:
+        difference, seconds = f"{one[HEADER[4]]:.1e}", f"{one['seconds']:.0f}"
+        return [one["how"], one["task"], str(one["rows"]), str(one["solved"]), difference, one["iterations"], seconds,
+                str(one["kills"] or "–")]  # fmt: skip
+
     return "\n".join(
         [
             "# Sweeps that are killed",
             "",
-            f"Made by `scripts/benchmarks/sweep_faults.py` beside other work: {machine()}. Each row is a real plan, "
-            "a jump of the hopper with `solver.effort: quick`. Costs and iterations are held against those of the "
-            "first line.",
+            f"Made by `python scripts/benchmarks/sweep_faults.py` beside other work: {told['machine']}; drawn from "
+            "[its figures](sweep-faults.json). Each row is a real plan with `solver.effort: quick`. Costs and "
+            "iterations are held against those of one process.",
             "",
-            markdown_table(HEADER, [each.cells(first) for each in made]),
+            markdown_table(HEADER, [cells(one) for what in TASKS for one in told.get(what, [])]),
             "",
             "## What each kill of the command leaves",
             "SIGKILL at random times, every second one after another row has come; `--resume` goes on each time.",
             "",
-            markdown_table(KILLED, kills),
+            markdown_table(KILLED, told.get("kills", [])),
         ]
     )
 
 
 def main() -> int:
-    """Make the rows in all ways, and write the page."""
+    """Make the rows, and write figures and page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--only", choices=list(TASKS), help="one of both; figures of the other stay")
     parser.add_argument("--rows", type=int, default=12)
     parser.add_argument("--kills", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0, help="of the times of kills")
     parser.add_argument("--page", type=Path, default=PAGE)
     arguments = parser.parse_args()
     check_counts(parser, arguments, "rows", "kills")
-    rows, made = arguments.rows, list[Made]()
+    file = arguments.page.with_suffix(".json")
+    told = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+    told["machine"], chosen = machine(), [arguments.only] if arguments.only else list(TASKS)
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        steps: list[Callable[[], Made]] = [
-            lambda: by_processes(rows, folder),
-            lambda: by_cluster(rows, folder),
-            lambda: by_cluster(rows, folder, max(1, rows // 4)),
-        ]
-        for step in steps:
-            made.append(step())
-            print(" ".join(made[-1].cells(made[0])), flush=True)
-        last, kills = by_killed_command(rows, folder, arguments.kills, arguments.seed)
-        made.append(last)
-        print(" ".join(last.cells(made[0])), flush=True)
-        arguments.page.write_text(page(made, kills), encoding="utf-8")
-        return 0 if all(each.right(made[0]) for each in made) else 1
+        if "cluster" in chosen:
+            told["cluster"] = cluster_lines(arguments.rows, Path(name))
+        if "killed" in chosen:
+            told["killed"], told["kills"] = killed_lines(arguments.rows, Path(name), arguments.kills, arguments.seed)
+    file.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    arguments.page.write_text(page(told), encoding="utf-8")
+    new = [one for what in chosen for one in told[what]]
+    return 0 if all(one[HEADER[4]] <= SAME for one in new) else 1
 
 
 if __name__ == "__main__":

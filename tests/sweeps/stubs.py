@@ -90,3 +90,10 @@ def alone_only(order: Order, task: Path) -> Answer:
     if order.start:
         os._exit(7)
     return parabola(order, task)
+
+
+def endless(order: Order, task: Path) -> Answer:
+    """Say that it has begun, and never end."""
+    Path(os.environ["FESD_ROBOT_TEST_MARKER"]).write_text(str(os.getpid()))
+    time.sleep(1000.0)
+    return parabola(order, task)

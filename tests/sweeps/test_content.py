@@ -8,8 +8,11 @@ from pathlib import Path
 import pytest
 
 from fesd_robot.errors import TaskError
+from fesd_robot.examples import shipped_sweeps
 from fesd_robot.ocp import load_task_robot
+from fesd_robot.sweeps import load_sweep
 from fesd_robot.sweeps.content import content_of
+from fesd_robot.sweeps.run import checked_tasks
 from fesd_robot.task import Task, load_task
 
 ROOT = Path(__file__).parents[2]
@@ -70,6 +73,14 @@ def test_files_of_other_rows_go_along(sender: Path) -> None:
     file = sender / "tasks" / "own.yaml"
     content = content_of({"own": [load_task(file), load_task(file, ["robot.model=../robots/other.urdf"])]})
     assert {"robots/hopper.urdf", "robots/other.urdf"} <= set(content.files)
+
+
+@pytest.mark.parametrize("name", list(shipped_sweeps()))
+def test_shipped_sweeps_are_valid(name: str) -> None:
+    """First and last rows are tasks with a robot, whose task file goes along."""
+    sweep = load_sweep(name)
+    content, ends = checked_tasks(sweep)
+    assert sweep.task and content.tasks[sweep.task] in content.files and "end.root_x" in ends
 
 
 def test_the_identity_is_that_of_the_contents(sender: Path) -> None:
