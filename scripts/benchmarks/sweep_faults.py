@@ -5,7 +5,8 @@
     python scripts/benchmarks/sweep_faults.py --only killed --kills 2 --page FILE.md
 
 *cluster*: a process of this machine plans jumps; then two workers of a Dask cluster over TCP, each a program of its
-own; then the same, one worker of which is killed after a quarter of the rows. *killed*: the command plans pushes of a
+own. *worker*: rows sleep instead of planning, by one process, then by such a cluster, one worker of which is killed
+after a quarter of the rows. *killed*: the command plans pushes of a
 block, is killed again and again at random times, and resumed; a process plans the same rows without a kill. Figures go
 to docs/results/sweep-faults.json, and as a table to sweep-faults.md. Exit code 1 if a row is missing or twice, or a
 cost differs by more than 1e-9 of it.
@@ -34,7 +35,9 @@ from ruamel.yaml import YAML
 from fesd_robot.plans.tables import markdown_table
 from fesd_robot.sweeps import SweepSettings, SweepTable, Tally, load_sweep, read_sweep, swept
 from fesd_robot.sweeps import dask_workers as dask
+from fesd_robot.sweeps.order import Work
 from fesd_robot.sweeps.planned import planned
+from scripts.benchmarks.sweep_stub import slept
 from scripts.tools.arguments import ROOT, check_counts, machine
 from tests.sweeps.cluster import running
 
@@ -50,10 +53,14 @@ LATEST = 8.0
 
 SET = {"solver.effort": "quick", "output.page": False, "output.figures": False}
 TASKS = {
-    "cluster": ("hopper_one_jump", {"goal.configuration.root_x": [0.7, 1.1]}),
-    "killed": ("block_push", {"goal.configuration.root_x": [0.7, 0.9]}),
+    "cluster": ("hopper_one_jump", 0.7, 1.1),
+    "worker": ("hopper_one_jump", 0.7, 1.1),
+    "killed": ("block_push", 0.7, 0.9),
 }
-"""What is measured -> task, and the range that is varied."""
+"""What is measured -> task, and between which distances, m."""
+
+ASLEEP = 600
+"""Rows that sleep."""
 
 HEADER = ("how", "task", "rows", "solved", "largest difference of a cost", "iterations", "seconds", "kills")
 KILLED = ("kill", "after [s]", "rows in the table", "those in it are once, with their plans")
@@ -64,36 +71,39 @@ Line = dict[str, Any]
 
 def sweep_of(what: str, rows: int) -> dict[str, Any]:
     """Return the sweep of what is measured."""
-    task, varied = TASKS[what]
-    return {
-        "task": task,
-        "set": SET,
-        "vary": {key: {"range": ends, "count": max(rows, 2)} for key, ends in varied.items()},
-    }
+    task, shortest, longest = TASKS[what]
+    distances = {"range": [shortest, longest], "count": rows}
+    return {"task": task, "set": SET, "vary": {"goal.configuration.root_x": distances}}
 
 
 def line(how: str, table: SweepTable, first: SweepTable, seconds: float, kills: int = 0) -> Line:
     """Return the figures of a sweep, its costs and iterations held against those of another one."""
     own, other = table.columns, first.columns
     whole = own["number"] == other["number"]
-    differences = [abs(a - b) / abs(b) for a, b in zip(own["cost"], other["cost"], strict=True)] if whole else [1.0]
+    differences = (
+        [abs(a - b) / max(abs(b), 1e-9) for a, b in zip(own["cost"], other["cost"], strict=True)] if whole else [1.0]
+    )
     task = json.loads((table.folder / "sweep.json").read_text(encoding="utf-8"))["sweep"]["task"]
+    task = task if own["message"][0] != "slept" else "10 ms of sleep"
     same = "the same" if own["iterations"] == other["iterations"] else "others"
     values = (how, task, len(table), own["verdict"].count("solved"), max(differences), same, seconds, kills)
     return dict(zip(HEADER, values, strict=True))
 
 
-def by_processes(told: Mapping[str, Any], folder: Path) -> tuple[SweepTable, float]:
+def by_processes(told: Mapping[str, Any], folder: Path, work: Work = planned) -> tuple[SweepTable, float]:
     """Make the rows by one process of this machine; return them, and the seconds."""
     begin = time.monotonic()
-    table = swept(load_sweep(told), folder / "processes", SweepSettings(jobs=1), planned)
+    table = swept(load_sweep(told), folder / "processes", SweepSettings(jobs=1), work)
     return table, time.monotonic() - begin
 
 
-def by_cluster(told: Mapping[str, Any], folder: Path, killed_after: int | None = None) -> tuple[SweepTable, float, int]:
+def by_cluster(
+    told: Mapping[str, Any], folder: Path, work: Work = planned, killed_after: int | None = None
+) -> tuple[SweepTable, float, int]:
     """Make the rows by two workers over TCP; return them, the seconds, and how many workers were killed.
 
     Args:
+        work: of a row.
         killed_after: rows after which one worker is killed.
     """
     out = folder / ("cluster" if killed_after is None else "one-killed")
@@ -109,21 +119,24 @@ def by_cluster(told: Mapping[str, Any], folder: Path, killed_after: int | None =
                 cluster.workers[0].wait()
 
         begin = time.monotonic()
-        table = swept(load_sweep(told), out, SweepSettings(scheduler=cluster.address), planned, kill)
+        table = swept(load_sweep(told), out, SweepSettings(scheduler=cluster.address), work, kill)
         return table, time.monotonic() - begin, len(kills)
 
 
-def cluster_lines(rows: int, folder: Path) -> list[Line]:
-    """Make jumps in three ways."""
-    told = sweep_of("cluster", rows)
-    first, seconds = by_processes(told, folder)
+def cluster_lines(what: str, rows: int, folder: Path) -> list[Line]:
+    """Make jumps, or rows that sleep, by a process and by a cluster, one worker of which is killed while they sleep."""
+    asleep = what == "worker"
+    rows, work = (ASLEEP, slept) if asleep else (rows, planned)
+    told, place = sweep_of(what, rows), folder / what
+    place.mkdir()
+    first, seconds = by_processes(told, place, work)
     lines = [line("one process", first, first, seconds)]
     print(lines[-1], flush=True)
-    for after in (None, max(1, rows // 4)):
-        table, seconds, kills = by_cluster(told, folder, after)
-        how = "two Dask workers over TCP" + (f", one killed after {after} rows" if kills else "")
-        lines.append(line(how, table, first, seconds, kills))
-        print(lines[-1], flush=True)
+    after = rows // 4 if asleep else None
+    table, seconds, kills = by_cluster(told, place, work, after)
+    how = "two Dask workers over TCP" + (f", one killed after {after} rows" if kills else "")
+    lines.append(line(how, table, first, seconds, kills))
+    print(lines[-1], flush=True)
     return lines
 
 
@@ -188,8 +201,8 @@ def page(told: Mapping[str, Any]) -> str:
             "# Sweeps that are killed",
             "",
             f"Made by `python scripts/benchmarks/sweep_faults.py` beside other work: {told['machine']}; drawn from "
-            "[its figures](sweep-faults.json). Each row is a real plan with `solver.effort: quick`. Costs and "
-            "iterations are held against those of one process.",
+            "[its figures](sweep-faults.json). Rows with a task are real plans with `solver.effort: quick`. "
+            "Costs and iterations are held against those of one process.",
             "",
             markdown_table(HEADER, [cells(one) for what in TASKS for one in told.get(what, [])]),
             "",
@@ -204,7 +217,7 @@ def page(told: Mapping[str, Any]) -> str:
 def main() -> int:
     """Make the rows, and write figures and page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--only", choices=list(TASKS), help="one of both; figures of the other stay")
+    parser.add_argument("--only", choices=list(TASKS), help="one of them; figures of the others stay")
     parser.add_argument("--rows", type=int, default=12)
     parser.add_argument("--kills", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0, help="of the times of kills")
@@ -215,8 +228,8 @@ def main() -> int:
     told = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
     told["machine"], chosen = machine(), [arguments.only] if arguments.only else list(TASKS)
     with tempfile.TemporaryDirectory() as name:
-        if "cluster" in chosen:
-            told["cluster"] = cluster_lines(arguments.rows, Path(name))
+        for what in (what for what in ("cluster", "worker") if what in chosen):
+            told[what] = cluster_lines(what, arguments.rows, Path(name))
         if "killed" in chosen:
             told["killed"], told["kills"] = killed_lines(arguments.rows, Path(name), arguments.kills, arguments.seed)
     file.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
