@@ -276,9 +276,10 @@ def _leave_forkserver() -> None:
     That one then ends with the program that started it, and this one with it, whatever it does.
     """
     if "forkserver" in multiprocessing.get_all_start_methods():
-        from multiprocessing.forkserver import _forkserver  # type: ignore[attr-defined]
+        from multiprocessing import forkserver
 
-        alive, _forkserver._forkserver_alive_fd = _forkserver._forkserver_alive_fd, None
+        known: Any = forkserver._forkserver
+        alive, known._forkserver_alive_fd = known._forkserver_alive_fd, None
         if alive is not None:
             os.close(alive)
 
