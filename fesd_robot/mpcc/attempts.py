@@ -38,6 +38,9 @@ LEAST_DESCENT = 1e-9
 BRANCH_LIMITS = PolishingLimits(iterations=300, updates=2)
 """Of the NLP of a branch: nothing says that its solution is near."""
 
+POLISHING_ITERATIONS = 150
+"""The same of homotopies after the first, whose ends were not near enough for few."""
+
 NEAR_BRANCH = replace(BRANCH, start=NEAR)
 
 
@@ -55,17 +58,17 @@ class Attempt:
     name: str
     changes: dict[str, object] = field(default_factory=dict)
     moved: float = 0.0
-    share: float = 0.5
+    share: float = 0.4
 
 
 ATTEMPTS = (
     Attempt("as given"),
-    Attempt("l-infinity", {"steering": "linf", "sigma_start": 1.0, "sigma_factor": 0.1}, share=0.3),
-    Attempt("slow", {"sigma_start": None, "sigma_factor": 0.6}, share=0.3),
-    Attempt("from a small sigma", {"sigma_start": 1e-3, "sigma_factor": 0.1}, share=0.3),
-    Attempt("start moved by 3 %", moved=0.03, share=0.3),
-    Attempt("start moved by 30 %", moved=0.3, share=0.3),
-    Attempt("slow, start moved by 10 %", {"sigma_start": None, "sigma_factor": 0.6}, moved=0.1, share=0.4),
+    Attempt("slow", {"sigma_start": None, "sigma_factor": 0.6}),
+    Attempt("l-infinity", {"steering": "linf", "sigma_start": 1.0, "sigma_factor": 0.1}),
+    Attempt("from a small sigma", {"sigma_start": 1e-3, "sigma_factor": 0.1}),
+    Attempt("start moved by 3 %", moved=0.03),
+    Attempt("slow, start moved by 10 %", {"sigma_start": None, "sigma_factor": 0.6}, moved=0.1),
+    Attempt("start moved by 30 %", moved=0.3),
     Attempt("l-infinity, start moved by 10 %", {"steering": "linf", "sigma_start": None}, moved=0.1, share=1.0),
 )
 """One after the other until one ends at a solution; the shares are of the time that is left."""
@@ -153,8 +156,13 @@ class _Attempts:
 
     def _attempted(self, attempt: Attempt) -> MpccSolution:
         run = self._run.share(attempt.share)
-        if attempt.changes:
-            run = replace(run, options=replace(run.options, **attempt.changes))
+        if attempt.changes or attempt.moved:
+            iterations = max(run.effort.polishing_iterations, POLISHING_ITERATIONS)
+            run = replace(
+                run,
+                options=replace(run.options, **attempt.changes),
+                effort=replace(run.effort, polishing_iterations=iterations),
+            )
         problem = replace(self._problem, start=_moved(self._problem, attempt.moved))
         return solve(problem, run, polisher=self._polisher)
 

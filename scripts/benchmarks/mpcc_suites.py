@@ -33,19 +33,17 @@ def family_of(name: str) -> str:
 
 def solved_row(file: Path, seconds: float, points: Path | None) -> dict[str, Any]:
     """Return the row of one file, solved in this process."""
-    from fesd_robot.mpcc import HomotopyOptions, PairPolisher, Run, certify, solve
+    from fesd_robot.mpcc import Run
+    from fesd_robot.mpcc.attempts import solve_by_attempts
     from fesd_robot.mpcc.sources import read_casadi_json
     from fesd_robot.running import Deadline
 
     begin, cpu = time.perf_counter(), time.process_time()
     problem = read_casadi_json(file)
-    run = Run(HomotopyOptions(), Deadline(seconds))
-    solution = solve(problem, run, polisher=PairPolisher(problem))
+    found = solve_by_attempts(problem, Run(deadline=Deadline(seconds)))
     took, cpu_took = time.perf_counter() - begin, time.process_time() - cpu
-    residuals = solution.residuals
-    certificate = None
-    if solution.solved:
-        certificate = certify(problem, solution.w, tolerance=max(1e-14, residuals.complementarity), time_limit=60.0)
+    solution, certificate, conflict = found.solution, found.certificate, found.conflict
+    residuals = problem.residuals(solution.w)
     if points:
         points.mkdir(parents=True, exist_ok=True)
         np.save(points / f"{name_of(file)}.npy", solution.w)
@@ -65,7 +63,9 @@ def solved_row(file: Path, seconds: float, points: Path | None) -> dict[str, Any
         "iterations": solution.iterations,
         "seconds": round(took, 3),
         "cpu_seconds": round(cpu_took, 3),
-        "certified_after": round(time.perf_counter() - begin, 3),
+        "attempt": found.attempt,
+        "descents": found.descents,
+        "conflict": str(conflict) if conflict else "",
     }
 
 
