@@ -6,22 +6,24 @@ import logging
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import islice
+from typing import Any
 
 import numpy as np
 
 from fesd_robot.arguments import checked
-from fesd_robot.errors import SolverError
+from fesd_robot.complementarity import Branch
+from fesd_robot.errors import OptionError, SolverError
 from fesd_robot.exactness import ZERO_PRODUCT
 from fesd_robot.mpcc.certificate import Certificate, certify
 from fesd_robot.mpcc.elastic import NOTHING_VIOLATED, ElasticProblem, LeastViolation
 from fesd_robot.mpcc.homotopy import solve
-from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.pair_polisher import PairPolisher
 from fesd_robot.mpcc.polishing import BRANCH, BranchNlp, PolishingLimits, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc
 from fesd_robot.mpcc.report import NlpReport
 from fesd_robot.mpcc.run import Run
-from fesd_robot.mpcc.solution import MpccSolution
+from fesd_robot.mpcc.solution import MpccSolution, begun
 from fesd_robot.nlp import NEAR, NlpSettings
 
 logger = logging.getLogger(__name__)
@@ -42,6 +44,13 @@ POLISHING_ITERATIONS = 150
 """The same of homotopies after the first, whose ends were not near enough for few."""
 
 NEAR_BRANCH = replace(BRANCH, start=NEAR)
+"""How such an NLP is solved."""
+
+SHARP_BRANCH = replace(BRANCH, tolerance=1e-13)
+"""The same where that leaves too much: at a degenerate point a cost is off by the root of the tolerance."""
+
+FURTHER_TIME = 3.0
+"""Times as long as the first solution took, which a homotopy for a cheaper one may take."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +65,7 @@ class Attempt:
     """
 
     name: str
-    changes: dict[str, object] = field(default_factory=dict)
+    changes: dict[str, Any] = field(default_factory=dict)
     moved: float = 0.0
     share: float = 0.4
 
@@ -79,7 +88,7 @@ class Attempted:
     """What came of all attempts.
 
     Attributes:
-        solution: the solution, else the best point: that of the least violation and products.
+        solution: the solution, else the best point: that of the least violation and product.
         certificate: of the solution; None if there is none.
         conflict: the least violation that was found, if no attempt found a solution.
         attempt: name of the one that the solution is of.
@@ -95,7 +104,11 @@ class Attempted:
 
 @checked
 def solve_by_attempts(
-    problem: Mpcc, run: Run | None = None, *, attempts: tuple[Attempt, ...] = ATTEMPTS
+    problem: Mpcc,
+    run: Run | None = None,
+    *,
+    attempts: tuple[Attempt, ...] = ATTEMPTS,
+    further: int = 0,
 ) -> Attempted:
     """Solve an MPCC of which nothing is known but its functions and a start.
 
@@ -109,53 +122,65 @@ def solve_by_attempts(
         problem: the MPCC.
         run: options of the first homotopy, limits, who hears of NLPs.
         attempts: homotopies, the first one first.
+        further: how many homotopies follow the one that ends at a solution, each for at most `FURTHER_TIME` times as
+            long as that took; the cheapest solution is returned.
 
     Raises:
-        SolverError: IPOPT could not be started, or functions are not finite at the start.
+        OptionError: no attempts, or a negative number of further ones.
+        SolverError: IPOPT could not be started.
 
     Source: homotopies: Nurkanovic, Pozharskiy, Diehl, arXiv 2312.11022; descent: Leyffer, Munson, A globally convergent
     filter method for MPECs (2007).
     """
-    return _Attempts(problem, run or Run(), attempts).end()
+    if not attempts:
+        raise OptionError("attempts: found none, expected at least one Attempt")
+    if further < 0:
+        raise OptionError(f"further: found {further}, expected 0 or more")
+    return _Attempts(problem, run or Run()).end(attempts, further)
 
 
 class _Attempts:
     """The attempts, with what they share."""
 
-    def __init__(self, problem: Mpcc, run: Run, attempts: tuple[Attempt, ...]) -> None:
-        self._problem, self._attempts = problem, attempts
+    def __init__(self, problem: Mpcc, run: Run) -> None:
+        self._problem = problem
         ipopt = {"dependency_detector": "mumps", **run.options.ipopt}
         self._run = replace(run, options=replace(run.options, ipopt=ipopt))
-        self._polisher, self._conflict = PairPolisher(problem), None
+        self._polisher = PairPolisher(problem)
+        self._conflict: LeastViolation | None = None
         self._elastic: ElasticProblem | None = None
         self._reports: list[NlpReport] = []
 
-    def end(self) -> Attempted:
-        """Make the attempts."""
-        begin, best, name = time.perf_counter(), None, ""
-        for attempt in self._attempts:
-            if best is not None and self._run.over:
+    def end(self, attempts: tuple[Attempt, ...], further: int) -> Attempted:
+        """Make the attempts, and return what came of them."""
+        begin, best, left = time.perf_counter(), begun(self._problem, 0.0), iter(attempts)
+        name, certificate, descents, solved_after = "", None, 0, 0.0
+        for attempt in left:
+            if self._run.over:
                 break
-            found = self._attempted(attempt)
-            self._reports += found.reports
-            if best is None or _better(found, best):
+            found = self._attempted(attempt, self._run.share(attempt.share))
+            if _better(found, best):
                 best, name = found, attempt.name
-            if best.solved or best.status.ended_early and self._run.over:
+            if not best.solved and not self._run.over:
+                repaired = self._repaired(best.w, attempt)
+                best, name = (repaired, f"{attempt.name}, repaired") if repaired else (best, name)
+            if best.solved:
                 break
-            repaired = None if self._run.over else self._repaired(best.w, attempt)
-            if repaired:
-                best, name = repaired, attempt.name + ", repaired"
-                break
-        assert best is not None
-        certificate, descents = None, 0
         if best.solved:
+            solved_after = time.perf_counter() - begin
             best, certificate, descents = self._descended(best)
-        took = time.perf_counter() - begin
-        best = replace(best, reports=self._reports, solve_seconds=took - best.build_seconds)
+        for attempt in islice(left, further if best.solved else 0):
+            if self._run.over:
+                break
+            found = self._attempted(attempt, self._run.within(FURTHER_TIME * solved_after))
+            if found.solved and _descends(found.residuals.objective, best.residuals.objective):
+                best, certificate, descents = self._descended(found)
+                name = attempt.name
+        best = replace(best, reports=self._reports, solve_seconds=time.perf_counter() - begin - best.build_seconds)
         return Attempted(best, certificate, None if best.solved else self._conflict, name, descents)
 
-    def _attempted(self, attempt: Attempt) -> MpccSolution:
-        run = self._run.share(attempt.share)
+    def _attempted(self, attempt: Attempt, run: Run) -> MpccSolution:
+        """Return the end of one homotopy."""
         if attempt.changes or attempt.moved:
             iterations = max(run.effort.polishing_iterations, POLISHING_ITERATIONS)
             run = replace(
@@ -164,7 +189,9 @@ class _Attempts:
                 effort=replace(run.effort, polishing_iterations=iterations),
             )
         problem = replace(self._problem, start=_moved(self._problem, attempt.moved))
-        return solve(problem, run, polisher=self._polisher)
+        found = solve(problem, run, polisher=self._polisher)
+        self._reports += found.reports
+        return found
 
     def _repaired(self, w: np.ndarray, attempt: Attempt) -> MpccSolution | None:
         """Return a solution on a branch that holds the constraints, None if none is found from a point."""
@@ -172,7 +199,7 @@ class _Attempts:
         problem, run = self._elastic.problem, self._run.share(attempt.share)
         start = self._elastic.at(np.clip(w, self._problem.lower, self._problem.upper))
         end = None
-        for end in _descent(problem, PairPolisher(problem), start, run, self._heard):
+        for end in _descent(problem, start, replace(run, report=self._heard)):
             if end.residuals.objective <= NOTHING_VIOLATED:
                 break
         if end is None:
@@ -182,33 +209,37 @@ class _Attempts:
             if self._conflict is None or conflict.total < self._conflict.total:
                 self._conflict = conflict
             return None
-        found = self._branch_nlp().solve(
-            self._problem,
-            end.w[: self._problem.size],
-            replace(run, report=self._heard),
-            settings=NEAR_BRANCH,
-            limits=BRANCH_LIMITS,
-            branches=[end.branch],
-        )
+        found = self._on_branch(end.branch, end.w[: self._problem.size], NEAR_BRANCH)
         return found.as_solution([], 0.0) if found else None
 
     def _descended(self, solution: MpccSolution) -> tuple[MpccSolution, Certificate | None, int]:
-        """Return a solution from which no branch descends that is followed with gain, its certificate, and how many were."""
+        """Return a solution that no branch improves, its certificate, and how many branches were left."""
         certificate, descents = self._certified(solution), 0
         while certificate is not None and certificate.branch is not None and descents < DESCENTS:
-            end = self._branch_nlp().solve(
-                self._problem,
-                solution.w,
-                replace(self._run, report=self._heard),
-                settings=NEAR_BRANCH,
-                limits=BRANCH_LIMITS,
-                branches=[certificate.branch],
-            )
-            if end is None or not _descends(end.residuals.objective, solution.residuals.objective):
+            before = solution
+            for settings in (NEAR_BRANCH, SHARP_BRANCH):
+                end = self._on_branch(certificate.branch, before.w, settings)
+                if end is not None and not _descends(before.residuals.objective, end.residuals.objective):
+                    solution = replace(end.as_solution([], 0.0), build_seconds=before.build_seconds)
+                    break
+            if solution is before:
                 break
-            solution, descents = replace(end.as_solution([], 0.0), build_seconds=solution.build_seconds), descents + 1
             certificate = self._certified(solution)
+            if not _descends(solution.residuals.objective, before.residuals.objective):
+                break
+            descents += 1
         return solution, certificate, descents
+
+    def _on_branch(self, branch: Branch, w: np.ndarray, settings: NlpSettings) -> PolishingReport | None:
+        """Return the exact end of the NLP of a branch, None if there is none."""
+        return BranchNlp.of(self._polisher, self._run.options.compile).solve(
+            self._problem,
+            w,
+            replace(self._run, report=self._heard),
+            settings=settings,
+            limits=BRANCH_LIMITS,
+            branches=[branch],
+        )
 
     def _certified(self, solution: MpccSolution) -> Certificate | None:
         seconds = min(self._run.effort.certificate_seconds, self._run.deadline.left)
@@ -221,34 +252,32 @@ class _Attempts:
             logger.info("no certificate: %s", error)
             return None
 
-    def _branch_nlp(self) -> BranchNlp:
-        return BranchNlp.of(self._polisher, self._run.options.compile)
-
     def _heard(self, report: NlpReport) -> None:
         self._reports.append(report)
         self._run.notify(report)
 
 
-def _descent(
-    problem: Mpcc, polisher: PairPolisher, start: np.ndarray, run: Run, heard, settings: NlpSettings = NEAR_BRANCH
-) -> Iterator[PolishingReport]:
+def _descent(problem: Mpcc, start: np.ndarray, run: Run) -> Iterator[PolishingReport]:
     """Yield exact ends on branches that cost less and less, until the LPCC knows none that descends."""
     from fesd_robot.mpcc.b_stationarity import b_stationary  # the linear programs take long to import
 
-    nlp, run = BranchNlp.of(polisher, run.options.compile), replace(run, report=heard)
-    end = nlp.solve(problem, start, run, settings=settings, limits=BRANCH_LIMITS)
+    nlp = BranchNlp.of(PairPolisher(problem), run.options.compile)
+    end = nlp.solve(problem, start, run, settings=NEAR_BRANCH, limits=BRANCH_LIMITS)
     for _ in range(DESCENTS):
         if end is None:
             return
         yield end
+        if run.over:
+            return
         try:
             b = b_stationary(problem, end.w, activity=DESCENT_ACTIVITY, time_limit=min(10.0, run.deadline.left))
-        except SolverError:
+        except SolverError as error:
+            logger.info("no branch that descends: %s", error)
             return
-        if b.verdict != "refuted" or run.over:
+        if b.verdict != "refuted":
             return
         before = end.residuals.objective
-        end = nlp.solve(problem, end.w, run, settings=settings, limits=BRANCH_LIMITS, branches=[b.branch])
+        end = nlp.solve(problem, end.w, run, settings=NEAR_BRANCH, limits=BRANCH_LIMITS, branches=[b.branch])
         if end is not None and not _descends(end.residuals.objective, before):
             return
 

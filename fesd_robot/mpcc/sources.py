@@ -121,7 +121,9 @@ class _Reader:
         lower, upper = self._numbers(low, size, default[0]), self._numbers(high, size, default[1])
         if (lower > upper).any():
             at = int(np.argmax(lower > upper))
-            raise ModelError(f"{self._path}: {low}[{at}] is {lower[at]:g} and {high}[{at}] is {upper[at]:g}, which is less")
+            raise ModelError(
+                f"{self._path}: {low}[{at}] is {lower[at]:g} and {high}[{at}] is {upper[at]:g}, which is less"
+            )
         return lower, upper
 
     def _expression(self, key: str, w: ca.SX, p: np.ndarray) -> ca.SX:
@@ -129,9 +131,11 @@ class _Reader:
         try:
             function = ca.Function.deserialize(self._data[key])
         except KeyError:
-            raise ModelError(f"{self._path}: {key} is missing, expected a function that CasADi has serialized") from None
+            raise ModelError(
+                f"{self._path}: {key} is missing, expected a function that CasADi has serialized"
+            ) from None
         except Exception as error:  # CasADi raises what its bindings make of it
-            raise ModelError(f"{self._path}: {key} is no function that CasADi has serialized") from error
+            raise ModelError(f"{self._path}: {key} is no function serialized by CasADi") from error
         sizes = [function.numel_in(i) for i in range(function.n_in())]
         if sizes not in ([w.numel()], [w.numel(), len(p)]):
             expected = f"{w.numel()}, and {len(p)} of p0" if len(p) else f"{w.numel()}"

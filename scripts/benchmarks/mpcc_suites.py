@@ -16,6 +16,10 @@ from typing import Any
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+from arguments import machine  # noqa: E402
+
 KILLED_AFTER = 30.0
 """s after the time limit, in which a process may still write what it has found."""
 
@@ -31,7 +35,7 @@ def family_of(name: str) -> str:
     return re.sub(r"_$", "", family.group()) if family else name
 
 
-def solved_row(file: Path, seconds: float, points: Path | None) -> dict[str, Any]:
+def solved_row(file: Path, given: argparse.Namespace) -> dict[str, Any]:
     """Return the row of one file, solved in this process."""
     from fesd_robot.mpcc import Run
     from fesd_robot.mpcc.attempts import solve_by_attempts
@@ -40,13 +44,13 @@ def solved_row(file: Path, seconds: float, points: Path | None) -> dict[str, Any
 
     begin, cpu = time.perf_counter(), time.process_time()
     problem = read_casadi_json(file)
-    found = solve_by_attempts(problem, Run(deadline=Deadline(seconds)))
+    found = solve_by_attempts(problem, Run(deadline=Deadline(given.seconds)), further=given.further)
     took, cpu_took = time.perf_counter() - begin, time.process_time() - cpu
     solution, certificate, conflict = found.solution, found.certificate, found.conflict
     residuals = problem.residuals(solution.w)
-    if points:
-        points.mkdir(parents=True, exist_ok=True)
-        np.save(points / f"{name_of(file)}.npy", solution.w)
+    if given.points:
+        given.points.mkdir(parents=True, exist_ok=True)
+        np.save(given.points / f"{name_of(file)}.npy", solution.w)
     return {
         "variables": problem.size,
         "constraints": problem.constraints,
@@ -69,9 +73,28 @@ def solved_row(file: Path, seconds: float, points: Path | None) -> dict[str, Any
     }
 
 
+def commit() -> str:
+    """Return the commit of the checkout, with + where the package differs from it."""
+    git = ["git", "-C", str(ROOT)]
+    last = subprocess.run(
+        [*git, "log", "-1", "--format=%h"], capture_output=True, text=True, check=False
+    ).stdout.strip()
+    status = [*git, "status", "--porcelain", "fesd_robot"]
+    return last + ("+" if subprocess.run(status, capture_output=True, text=True, check=False).stdout else "")
+
+
 def row_of(file: Path, given: argparse.Namespace) -> dict[str, Any]:
     """Return the row of one file, solved in a process of its own that is ended where it takes too long."""
-    words = [str(file), "--one", "--seconds", str(given.seconds), "--suite", given.suite]
+    words = [
+        str(file),
+        "--one",
+        "--seconds",
+        str(given.seconds),
+        "--suite",
+        given.suite,
+        "--further",
+        str(given.further),
+    ]
     words += ["--points", str(given.points)] if given.points else []
     bytes_allowed = int(given.memory * 2**30)
 
@@ -103,30 +126,31 @@ def main() -> None:
     parser.add_argument("--only", default="", help="regular expression that names must match")
     parser.add_argument("--again", action="store_true", help="those without solution once more")
     parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--further", type=int, default=0, help="homotopies after a solution, for a cheaper one")
     parser.add_argument("--memory", type=float, default=6.0, help="GB of address space of a process")
     parser.add_argument("--rows", type=Path, default=ROOT / "docs/results/mpcc_suites.jsonl")
     parser.add_argument("--points", type=Path)
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.one:
-        print(json.dumps(solved_row(given.folder, given.seconds, given.points)))
+        print(json.dumps(solved_row(given.folder, given)))
         return
     rows = [json.loads(line) for line in given.rows.read_text().splitlines()] if given.rows.exists() else []
-    known = {(row["suite"], row["name"]): row["solved"] for row in rows}
+    done = {row["name"] for row in rows if row["suite"] == given.suite and (row["solved"] or not given.again)}
     files = sorted(given.folder.glob("*.json"), key=lambda file: file.stat().st_size)
-    wanted = set(given.names.read_text().split()) if given.names else None
-    commit = subprocess.run(["git", "-C", str(ROOT), "log", "-1", "--format=%h"], capture_output=True, text=True)
+    wanted = set(given.names.read_text().split()) if given.names else {name_of(file) for file in files}
+    made = {"limit": given.seconds, "further": given.further, "machine": machine(), "commit": commit()}
     for file in files:
         name = name_of(file)
-        if not re.search(given.only, name) or (wanted is not None and name not in wanted):
+        if name in done or name not in wanted or not re.search(given.only, name):
             continue
-        if known.get((given.suite, name), not given.again if (given.suite, name) in known else None) is not None and not (given.again and not known[(given.suite, name)]):
-            continue
-        row = {"suite": given.suite, "name": name, "family": family_of(name), **row_of(file, given)}
-        row |= {"limit": given.seconds, "commit": commit.stdout.strip(), "cores": os.cpu_count()}
-        with given.rows.open("a") as out:
+        row = {"suite": given.suite, "name": name, "family": family_of(name), **row_of(file, given), **made}
+        with given.rows.open("a", encoding="utf-8") as out:
             out.write(json.dumps(row) + "\n")
-        print(name, row["solved"], row.get("objective"), row["status"], row.get("b_stationary"), row["seconds"], flush=True)
+        print(
+            *(row.get(key, "") for key in ("name", "solved", "objective", "status", "b_stationary", "seconds")),
+            flush=True,
+        )
 
 
 if __name__ == "__main__":
