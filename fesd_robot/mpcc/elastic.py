@@ -13,14 +13,17 @@ from fesd_robot.mpcc.problem import Block, Mpcc
 NOTHING_VIOLATED = 1e-7
 """Sum of the violations up to which a branch is taken for one that holds all constraints, until its NLP says so."""
 
+PAIR_PRICE = 10.0
+"""Of the smaller side of a pair, where a violation of a row costs one: rows give way first, and are named."""
+
 
 @dataclass(frozen=True)
 class LeastViolation:
-    """Constraints that cannot be met together near a point, on no branch of the pairs that are zero there.
+    """Constraints and pairs that cannot be met together near a point, on no branch of the pairs that are zero there.
 
     Attributes:
-        total: least sum of violations, in the units of the rows.
-        rows: label and violation of every row that is violated there, the largest first.
+        total: least sum of violations, in the units of the rows and of the smaller sides of pairs.
+        rows: label and violation of every row and pair that is violated there, the largest first.
         w: the point, (n).
     """
 
@@ -37,7 +40,9 @@ class LeastViolation:
 
 @dataclass(frozen=True, eq=False)
 class ElasticProblem:
-    """min sum(s) over w and s >= 0, s.t. g_lower - s <= g(w) <= g_upper + s, the bounds and the pairs of an MPCC.
+    """min sum(s) + `PAIR_PRICE` sum(r) s.t. g_lower - s <= g(w) <= g_upper + s, 0 <= G - r_G _|_ H - r_H >= 0.
+
+    Slacks s, r are not negative. Bounds on variables hold, and vanishing constraints get no slack.
 
     Args:
         original: the MPCC.
@@ -55,7 +60,7 @@ class ElasticProblem:
         blocks, size = [], original.size
         for block in original.blocks:
             blocks.append(_elastic(block, size))
-            size += 2 * len(block.lower) * block.copies
+            size += _slacks(block) * block.copies
         added = size - original.size
         problem = Mpcc(
             lower=np.append(original.lower, np.zeros(added)),
@@ -69,37 +74,54 @@ class ElasticProblem:
         """Return w with the least slacks that it needs."""
         slacks = [np.zeros(0)]
         for block in self.original.blocks:
-            _, g, _, _ = block.evaluate(w)
-            both = np.vstack([block.lower[:, None] - g, g - block.upper[:, None]])
-            slacks.append(np.maximum(np.nan_to_num(both), 0.0).ravel(order="F"))
+            _, g, G, H = block.evaluate(w)
+            smaller = np.minimum(G, H) * ~block.vanishing[:, None]
+            parts = [block.lower[:, None] - g, g - block.upper[:, None], smaller * (G <= H), smaller * (G > H)]
+            slacks.append(np.maximum(np.nan_to_num(np.vstack(parts)), 0.0).ravel(order="F"))
         return np.concatenate([w, *slacks])
 
     def least_violation(self, point: np.ndarray) -> LeastViolation:
         """Return what is violated at a point of the elastic problem."""
-        w, first = point[: self.original.size], self.original.size
+        first = self.original.size
         rows: list[tuple[Label, float]] = []
         for block in self.original.blocks:
-            n_g = len(block.lower)
-            slacks = point[first : first + 2 * n_g * block.copies].reshape((2 * n_g, block.copies), order="F")
+            n_g, count = len(block.lower), _slacks(block)
+            slacks = point[first : first + count * block.copies].reshape((count, block.copies), order="F")
             first += slacks.size
-            excess = slacks[:n_g] + slacks[n_g:]
-            found = np.argwhere(excess > NOTHING_VIOLATED)
-            rows += [(block.constraint_label(row, copy), float(excess[row, copy])) for row, copy in found]
+            pairs = slacks[2 * n_g :]
+            for excess, label in (
+                (slacks[:n_g] + slacks[n_g : 2 * n_g], block.constraint_label),
+                (pairs[: block.pairs] + pairs[block.pairs :], block.pair_label),
+            ):
+                found = np.argwhere(excess > NOTHING_VIOLATED)
+                rows += [(label(int(row), int(copy)), float(excess[row, copy])) for row, copy in found]
         rows.sort(key=lambda one: -one[1])
-        return LeastViolation(float(point[self.original.size :].sum()), tuple(rows), w)
+        total = float(point[self.original.size :].sum())
+        return LeastViolation(total, tuple(rows), point[: self.original.size])
+
+
+def _slacks(block: Block) -> int:
+    """Return the number of slacks of one copy."""
+    return 2 * len(block.lower) + 2 * block.pairs
 
 
 def _elastic(block: Block, first: int) -> Block:
-    """Return the block with slacks of its rows, whose global indices begin at the given one."""
-    own, n_g = block.equations, len(block.lower)
-    slack = ca.SX.sym("slack", 2 * n_g)
+    """Return the block with slacks of its rows and pairs, whose global indices begin at the given one."""
+    own, n_g, count = block.equations, len(block.lower), _slacks(block)
+    slack = ca.SX.sym("slack", count)
+    sides = slack[2 * n_g :]
+    conditions = [
+        one if one.vanishing else replace(one, G=one.G - sides[i], H=one.H - sides[own.pairs + i])
+        for i, one in enumerate(own.complementarities)
+    ]
     equations = replace(
         own,
         variables=ca.vertcat(own.variables, slack),
-        cost=ca.sum1(slack) if n_g else ca.SX(0),
-        rows=own.rows + slack[:n_g] - slack[n_g:],
+        cost=ca.sum1(slack[: 2 * n_g]) + PAIR_PRICE * ca.sum1(sides) if count else ca.SX(0),
+        rows=own.rows + slack[:n_g] - slack[n_g : 2 * n_g],
+        complementarities=conditions,
         while_relaxed=ca.SX(0),
         if_exploited=ca.SX(0),
     )
-    added = first + np.arange(2 * n_g * block.copies).reshape((2 * n_g, block.copies), order="F")
+    added = first + np.arange(count * block.copies).reshape((count, block.copies), order="F")
     return replace(block, equations=equations, index=np.vstack([block.index, added]))

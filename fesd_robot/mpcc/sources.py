@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.arguments import checked
-from fesd_robot.errors import ModelError
+from fesd_robot.errors import ModelError, nearest
 from fesd_robot.mpcc.problem import Mpcc
 
 INFINITE = 1e19
@@ -21,8 +21,14 @@ INFINITE = 1e19
 OBJECTIVES = ("augmented_objective_fun", "f_fun")
 """Keys of the objective: that of NOSBENCH, with its costs of steps, and that of MPECLib's conversion."""
 
-OPTIONAL = ("p", "p0", "g_fun", "lbg", "ubg", "lbG", "ubG", "lbH", "ubH", "objective_fun", "name")
-"""Keys that a file may leave out."""
+NEEDED = ("w0", "lbw", "ubw", "G_fun", "H_fun")
+"""Keys of every file, beside its objective."""
+
+UNUSED = ("w", "p", "objective_fun", "name", "family")
+"""Keys that files have and nobody needs: symbols, an objective without costs of steps, names."""
+
+KNOWN = (*NEEDED, *OBJECTIVES, "p0", "g_fun", "lbg", "ubg", "lbG", "ubG", "lbH", "ubH", *UNUSED)
+"""All keys."""
 
 
 @checked
@@ -60,6 +66,9 @@ def read_casadi_json(file: str | Path) -> Mpcc:
         raise ModelError(f"{path}: no JSON ({error}), expected an MPCC as NOSBENCH and MPECLib have it") from error
     if not isinstance(data, dict):
         raise ModelError(f"{path}: found a {type(data).__name__}, expected an object with w0, lbw, ubw, G_fun, H_fun")
+    for key in data:
+        if key not in KNOWN:
+            raise ModelError(f"{path}: unknown key '{key}'{nearest(key, KNOWN)}, expected {', '.join(KNOWN)}")
     return _Reader(path, data).problem()
 
 
@@ -83,6 +92,8 @@ class _Reader:
             raise ModelError(f"{self._path}: G_fun has {G.numel()} values, H_fun has {H.numel()}: they form pairs")
         lower, upper = self._bounds("lbw", "ubw", n)
         g_lower, g_upper = self._bounds("lbg", "ubg", g.numel()) if g.numel() else (np.zeros(0), np.zeros(0))
+        if np.isfinite(self._numbers("ubG", G.numel(), np.inf)).any():
+            raise ModelError(f"{self._path}: ubG is finite, expected bounds of mixed complementarity on H alone")
         pairs = _of_mixed_pairs(
             G, H, self._numbers("lbG", G.numel(), 0.0), *self._bounds("lbH", "ubH", H.numel(), (0.0, np.inf))
         )
@@ -121,9 +132,8 @@ class _Reader:
         lower, upper = self._numbers(low, size, default[0]), self._numbers(high, size, default[1])
         if (lower > upper).any():
             at = int(np.argmax(lower > upper))
-            raise ModelError(
-                f"{self._path}: {low}[{at}] is {lower[at]:g} and {high}[{at}] is {upper[at]:g}, which is less"
-            )
+            found = f"{low}[{at}] is {lower[at]:g} and {high}[{at}] is {upper[at]:g}"
+            raise ModelError(f"{self._path}: {found}, expected the upper bound not to be less")
         return lower, upper
 
     def _expression(self, key: str, w: ca.SX, p: np.ndarray) -> ca.SX:
@@ -131,9 +141,7 @@ class _Reader:
         try:
             function = ca.Function.deserialize(self._data[key])
         except KeyError:
-            raise ModelError(
-                f"{self._path}: {key} is missing, expected a function that CasADi has serialized"
-            ) from None
+            raise ModelError(f"{self._path}: {key} is missing, expected a function serialized by CasADi") from None
         except Exception as error:  # CasADi raises what its bindings make of it
             raise ModelError(f"{self._path}: {key} is no function serialized by CasADi") from error
         sizes = [function.numel_in(i) for i in range(function.n_in())]
@@ -207,13 +215,18 @@ def from_opti(opti: ca.Opti, pairs: Sequence[tuple[ca.MX, ca.MX]]) -> Mpcc:
             raise ModelError(f"pair {i}: G has shape {one.shape}, H has shape {other.shape}, expected one shape")
     G, H = (ca.vertcat(ca.MX(0, 1), *(ca.vec(pair[side]) for pair in pairs)) for side in (0, 1))
     try:
-        p, start = (np.asarray(opti.debug.value(value, opti.initial())).ravel() for value in (opti.p, opti.x))
-        lower, upper = (np.asarray(opti.debug.value(value, opti.initial())).ravel() for value in (opti.lbg, opti.ubg))
-        function = ca.Function("opti", [opti.x, opti.p], [opti.f, opti.g, G, H]).expand()
-    except RuntimeError as error:
-        raise ModelError(f"Opti: {str(error).strip().splitlines()[-1]}") from error
+        p = np.asarray(opti.debug.value(opti.p, opti.initial())).ravel()
+    except RuntimeError:
+        p = np.array([np.nan])
     if np.isnan(p).any():
         raise ModelError("Opti: a parameter has no value, expected one by set_value")
+    try:
+        start, lower, upper = (
+            np.asarray(opti.debug.value(value, opti.initial())).ravel() for value in (opti.x, opti.lbg, opti.ubg)
+        )
+        function = ca.Function("opti", [opti.x, opti.p], [opti.f, opti.g, G, H]).expand()
+    except RuntimeError as error:
+        raise ModelError(f"Opti: found {str(error).strip().splitlines()[-1]}, expected what CasADi expands") from error
     w = ca.SX.sym("w", opti.x.numel())
     f, g, G_of_w, H_of_w = function(w, ca.DM(p))
     return Mpcc.from_expressions(w, f, start=start, g=g, G=G_of_w, H=H_of_w, g_bounds=(lower, upper))
