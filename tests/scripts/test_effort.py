@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from effort import EFFORTS, HEADER, Spent, page_of, spent
+from scripts.results.effort import EFFORTS, HEADER, Spent, page_of, spent
 
 DEAR, WRONG = Spent(3.0, 100, 30.0), Spent(0.5, 10, 1.0, "foot flies 0 times")
 

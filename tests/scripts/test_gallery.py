@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 import subprocess
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -18,20 +15,10 @@ from fesd_robot.plans import Plan, write_plan
 from fesd_robot.plans.plan import ContactHistory
 from fesd_robot.render.outputs import write_optional_files
 from fesd_robot.task import load_task
+from scripts.results import gallery
 
 ROOT = Path(__file__).parents[2]
 TASKS = sorted(path.stem for path in (ROOT / "tasks").glob("*.yaml"))
-
-
-@pytest.fixture(scope="module")
-def gallery() -> ModuleType:
-    """The script as a module."""
-    spec = importlib.util.spec_from_file_location("gallery", ROOT / "scripts" / "gallery.py")
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["gallery"] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +27,7 @@ def pushed() -> Plan:
     return plan(load_task(ROOT / "tasks" / "block_push.yaml", ["method.compile=never"]))
 
 
-def test_the_list_has_every_task(gallery: ModuleType, tmp_path: Path) -> None:
+def test_the_list_has_every_task(tmp_path: Path) -> None:
     """The page of tasks holds exactly the list that the script writes: every task, its purpose, its picture."""
     text = gallery.TASK_LIST.read_text(encoding="utf-8")
     every = gallery.entries(tmp_path)
@@ -51,13 +38,13 @@ def test_the_list_has_every_task(gallery: ModuleType, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("folder", [["--runs", "/here/runs"], ["--runs=/here/runs"], []])
-def test_the_page_tells_no_folder_of_a_machine(gallery: ModuleType, folder: list[str]) -> None:
+def test_the_page_tells_no_folder_of_a_machine(folder: list[str]) -> None:
     """How the page was made is told without where plans went."""
     told = gallery.told(["ball_bat", *folder, "--time-limit", "300"])
     assert told == "scripts/gallery ball_bat --time-limit 300"
 
 
-def test_the_table_has_a_row_for_every_task(gallery: ModuleType) -> None:
+def test_the_table_has_a_row_for_every_task() -> None:
     """Every task has one row, with its purpose; each is solved within 1e-6."""
     rows = re.findall(r"^\| \[(\w+)\].*$", gallery.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert rows == TASKS
@@ -70,7 +57,7 @@ def test_the_table_has_a_row_for_every_task(gallery: ModuleType) -> None:
             assert cells[-1].startswith("solved") and float(cells[-4]) <= 1e-6
 
 
-def test_pictures_are_small(gallery: ModuleType) -> None:
+def test_pictures_are_small() -> None:
     """There is a picture of every task and none besides, each below 60 kB, together below 1 MB."""
     files = sorted(gallery.PICTURES.glob("*"))
     assert [file.stem for file in files] == TASKS
@@ -82,9 +69,7 @@ def test_pictures_are_small(gallery: ModuleType) -> None:
             assert len(image.convert("RGB").getcolors(1 << 16)) > 8, "nothing is to be seen"
 
 
-def test_a_row_is_that_of_the_plan(
-    gallery: ModuleType, pushed: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_row_is_that_of_the_plan(pushed: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Sizes, effort and verdict are the plan's; a plan of a task that has changed since does not count."""
     (entry,) = [one for one in gallery.entries(tmp_path) if one.name == "block_push"]
     assert gallery.row(entry)[-1] == "not planned"
@@ -137,7 +122,7 @@ def test_the_block_slides_stops_and_slides(pushed: Plan) -> None:
     assert x[-1] == pytest.approx(0.8, abs=0.0011)
 
 
-def test_the_picture_shows_the_jump(gallery: ModuleType, pushed: Plan) -> None:
+def test_the_picture_shows_the_jump(pushed: Plan) -> None:
     """A jump of all feet is pictured at its highest point, a motion without one at its first touch, or half way."""
     assert gallery.telling_time(pushed) == pytest.approx(0.75)
     time = pushed.trajectory.time
@@ -152,9 +137,7 @@ def test_the_picture_shows_the_jump(gallery: ModuleType, pushed: Plan) -> None:
     assert gallery.telling_time(step) == gallery.telling_time(pushed), "the other foot stands"
 
 
-def test_a_picture_is_taken_from_the_page(
-    gallery: ModuleType, pushed: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_picture_is_taken_from_the_page(pushed: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The picture of a planned task shows the blue block on its ground, without caption and controls."""
     task = load_task(ROOT / "tasks" / "block_push.yaml", ["method.compile=never", "output.figures=false"])
     (entry,) = [one for one in gallery.entries(tmp_path) if one.name == "block_push"]
@@ -169,7 +152,7 @@ def test_a_picture_is_taken_from_the_page(
     assert pixels[:10].min() > 180, "the caption is in the picture"
 
 
-def test_what_is_not_a_task_is_refused(gallery: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_not_a_task_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     """An unknown name ends with the names there are."""
     with pytest.raises(SystemExit):
         gallery.parse(TASKS, ["hopper_no_jump"])
