@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from itertools import islice
 from typing import Any
 
@@ -13,11 +13,12 @@ import numpy as np
 
 from fesd_robot.arguments import checked
 from fesd_robot.complementarity import Branch
-from fesd_robot.errors import OptionError, SolverError
+from fesd_robot.errors import OptionError, SolverError, nearest
 from fesd_robot.exactness import ZERO_PRODUCT
 from fesd_robot.mpcc.certificate import Certificate, certify
 from fesd_robot.mpcc.elastic import NOTHING_VIOLATED, ElasticProblem, LeastViolation
 from fesd_robot.mpcc.homotopy import solve
+from fesd_robot.mpcc.options import HomotopyOptions
 from fesd_robot.mpcc.pair_polisher import PairPolisher
 from fesd_robot.mpcc.polishing import BRANCH, BranchNlp, PolishingLimits, PolishingReport
 from fesd_robot.mpcc.problem import Mpcc
@@ -53,6 +54,7 @@ FURTHER_TIME = 3.0
 """Times as long as the first solution took, which a homotopy for a cheaper one may take."""
 
 
+@checked
 @dataclass(frozen=True)
 class Attempt:
     """One homotopy.
@@ -62,12 +64,25 @@ class Attempt:
         changes: of `HomotopyOptions`.
         moved: standard deviation by which the start is moved, relative to one plus the size of each variable.
         share: of the time that is left.
+
+    Raises:
+        OptionError: a name that `HomotopyOptions` does not have, a negative distance, or a share outside 0 to 1.
     """
 
     name: str
     changes: dict[str, Any] = field(default_factory=dict)
     moved: float = 0.0
     share: float = 0.4
+
+    def __post_init__(self) -> None:
+        names = [one.name for one in fields(HomotopyOptions)]
+        for key in self.changes:
+            if key not in names:
+                raise OptionError(f"changes: unknown option '{key}'{nearest(key, names)}, expected {', '.join(names)}")
+        if not self.moved >= 0:
+            raise OptionError(f"moved: found {self.moved:g}, expected 0 or more")
+        if not 0 < self.share <= 1:
+            raise OptionError(f"share: found {self.share:g}, expected more than 0 and at most 1")
 
 
 ATTEMPTS = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -195,6 +196,7 @@ def _of_mixed_pairs(G: ca.SX, H: ca.SX, G_low: np.ndarray, H_low: np.ndarray, H_
     )
 
 
+@partial(checked, exact=True)
 def from_opti(opti: ca.Opti, pairs: Sequence[tuple[ca.MX, ca.MX]]) -> Mpcc:
     """Return the MPCC of CasADi's `Opti` with complementarity pairs 0 <= G complementary to H >= 0.
 
