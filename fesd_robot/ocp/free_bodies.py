@@ -17,6 +17,7 @@ from fesd_robot.robot import (
     cylinder,
     load_robot,
     name_on,
+    with_gravity,
     with_joint_properties,
 )
 from fesd_robot.robot.scaled import ModelScale
@@ -28,6 +29,8 @@ from fesd_robot.task import Robot as RobotSection
 def with_bodies(task: Task, robot: Robot, *, locked: bool = True, floating: bool = False) -> Robot:
     """Return a task's robot with the task's bodies beside it, without the properties that it gives to their joints.
 
+    All fall with the task's gravity, if it gives one.
+
     Args:
         task: names bodies with their roots.
         robot: alone.
@@ -38,6 +41,9 @@ def with_bodies(task: Task, robot: Robot, *, locked: bool = True, floating: bool
         TaskError: a model that cannot be read, a joint that cannot be locked, or a name that the robot has, too.
     """
     bodies = {name: _body(task, name, locked, floating) for name in task.bodies}
+    if task.gravity is not None:
+        robot = with_gravity(robot, task.gravity)
+        bodies = {name: with_gravity(body, task.gravity) for name, body in bodies.items()}
     places = {
         name: np.array([0.0 if floating and body.root != "fixed" else body.position.get(axis, 0.0) for axis in AXES])
         for name, body in task.bodies.items()

@@ -80,6 +80,7 @@ __all__ = [
     "turned_by",
     "velocity_units",
     "with_frames",
+    "with_gravity",
     "with_joint_properties",
     "with_turn",
 ]
@@ -104,7 +105,7 @@ if TYPE_CHECKING:
     from fesd_robot.robot.joints import Prismatic
     from fesd_robot.robot.kinematics import center_of_mass, frame_jacobian, frame_placement, frame_velocity
     from fesd_robot.robot.library import PREFIX, example_robots, examples_folder
-    from fesd_robot.robot.load import load_robot, load_scaled, with_frames, with_joint_properties
+    from fesd_robot.robot.load import load_robot, load_scaled, with_frames, with_gravity, with_joint_properties
     from fesd_robot.robot.lock import lock_joints
     from fesd_robot.robot.manifold import configuration_derivative, difference, integrate
     from fesd_robot.robot.orientations import (
@@ -169,7 +170,13 @@ else:
             "fesd_robot.robot.joints": ["Prismatic"],
             "fesd_robot.robot.kinematics": ["center_of_mass", "frame_jacobian", "frame_placement", "frame_velocity"],
             "fesd_robot.robot.library": ["PREFIX", "example_robots", "examples_folder"],
-            "fesd_robot.robot.load": ["load_robot", "load_scaled", "with_frames", "with_joint_properties"],
+            "fesd_robot.robot.load": [
+                "load_robot",
+                "load_scaled",
+                "with_frames",
+                "with_gravity",
+                "with_joint_properties",
+            ],
             "fesd_robot.robot.lock": ["lock_joints"],
             "fesd_robot.robot.manifold": ["configuration_derivative", "difference", "integrate"],
             "fesd_robot.robot.orientations": [

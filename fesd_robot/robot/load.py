@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -243,6 +243,18 @@ def with_joint_properties(
         limits = _replaced("dry friction", limits, targets, dry_friction)
     model.lowerDryFrictionLimit, model.upperDryFrictionLimit = -limits, limits
     return replace(robot, model=model, notes=notes)
+
+
+def with_gravity(robot: Robot, gravity: Sequence[float]) -> Robot:
+    """Return the same robot where everything falls with another acceleration.
+
+    Args:
+        robot: stays as it is.
+        gravity: along the axes of the world, m/s2, (3).
+    """
+    model = robot.model.copy()
+    model.gravity.linear = np.array(gravity, dtype=float)
+    return replace(robot, model=model)
 
 
 def with_frames(robot: Robot, places: Mapping[str, tuple[str, np.ndarray]]) -> Robot:
