@@ -257,6 +257,23 @@ def with_gravity(robot: Robot, gravity: Sequence[float]) -> Robot:
     return replace(robot, model=model)
 
 
+def with_limit_surfaces(robot: Robot, surfaces: Mapping[str, Mapping[str, float]]) -> Robot:
+    """Return the same robot with limit surfaces under what slides and turns.
+
+    Args:
+        robot: stays as it is.
+        surfaces: name -> name of a velocity coordinate -> largest friction along it alone, N or N m.
+    """
+    if not surfaces:
+        return robot
+    model, limits = robot.model.copy(), robot.dry_friction_limits
+    for axes in surfaces.values():
+        for name, limit in axes.items():
+            limits[robot.velocity_names.index(name)] = limit
+    model.lowerDryFrictionLimit, model.upperDryFrictionLimit = -limits, limits
+    return replace(robot, model=model, limit_surfaces={name: tuple(axes) for name, axes in surfaces.items()})
+
+
 def with_frames(robot: Robot, places: Mapping[str, tuple[str, np.ndarray]]) -> Robot:
     """Return the same robot with more frames, each at a place on one that it has.
 
