@@ -95,7 +95,7 @@ class Guess:
         slides = own.all(axis=0) & (paths > SLIDING) & (speeds > MOVING * speeds.max(axis=0))
         length = self.motion.grid.nominal / len(self._times)
         names = tuple(contact.name for contact in self.motion.contacts)
-        joints = tuple(self.motion.dynamics.dry_friction)
+        joints = tuple(self.motion.dynamics.dry_friction_units)
         phases = []
         for touches, slid, along, x in zip(own, slides, self._along, self._states, strict=True):
             modes = tuple(
@@ -117,9 +117,12 @@ class Guess:
         return ContactMode.SLIP_FORWARDS if velocity[0] > 0 else ContactMode.SLIP_BACKWARDS
 
     def _friction_mode(self, name: str, x: np.ndarray) -> ContactMode:
-        at = len(self.motion.robot.configuration_names) + list(self.motion.robot.velocity_names).index(name)
-        if abs(x[at]) < MOVING:
+        first, coordinates = len(self.motion.robot.configuration_names), list(self.motion.robot.velocity_names)
+        at, *others = (first + coordinates.index(one) for one in self.motion.dynamics.dry_friction_units[name])
+        if max(abs(x[k]) for k in (at, *others)) < MOVING:
             return ContactMode.STICK
+        if others:
+            return ContactMode.SLIP
         return ContactMode.SLIP_FORWARDS if x[at] > 0 else ContactMode.SLIP_BACKWARDS
 
     def landing_side(self, contact: int, time: float) -> ContactMode:
