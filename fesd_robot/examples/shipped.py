@@ -141,7 +141,10 @@ def _task(file: Path) -> Example:
 
 def _sweep(file: Path, tasks: Sequence[Example]) -> Example:
     text = file.read_text(encoding="utf-8")
-    needing = any(task.needs_robot_data and re.search(rf"^task: {task.name}$", text, re.MULTILINE) for task in tasks)
+    needing = any(
+        task.needs_robot_data and re.search(rf"^task: (.*/)?{task.name}(\.yaml)?$", text, re.MULTILINE)
+        for task in tasks
+    )
     return Example(file.stem, "sweep", file, _first_sentence(text), needing)
 
 
