@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+import fesd_robot
 from fesd_robot.errors import SweepError
 from fesd_robot.sweeps import SweepSettings, SweepTable, load_sweep, read_sweep, swept
 from tests.sweeps.cluster import REPOSITORY, Cluster, running
@@ -126,6 +128,9 @@ def test_workers_of_another_version_are_refused(
     tmp_path: Path, cluster: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The sentence names a worker and both versions."""
+    known = re.escape(fesd_robot.__version__)
     monkeypatch.setattr("fesd_robot.__version__", "9.9")
-    with pytest.raises(SweepError, match=r"found version 0\.1\.0 of fesd-robot on tcp://.*expected 9\.9, that of this"):
+    with pytest.raises(
+        SweepError, match=rf"found version {known} of fesd-robot on tcp://.*expected 9\.9, that of this"
+    ):
         swept(load_sweep(SWEEP), tmp_path / "out", on(cluster), parabola)
