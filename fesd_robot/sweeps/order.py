@@ -91,7 +91,8 @@ class Order:
         cheaper_than: cost from which on a solved plan need not be sent back.
         start: the plan of another row to begin from.
         task, case: names of the task and of the case, as in the sweep.
-        home: folder of the task file where it was ordered, which its plan names; nothing is looked for there.
+        home, git: folder of the task file where it was ordered, and the commit that is checked out there, which its
+            plan names; nothing is looked for there.
     """
 
     number: int
@@ -103,6 +104,7 @@ class Order:
     task: str = ""
     case: str = ""
     home: str = ""
+    git: str = ""
 
 
 @dataclass(frozen=True)

@@ -142,15 +142,16 @@ def work_of(result: Plan) -> float | None:
 
 def _files(result: Plan, task: Task, order: Order) -> dict[str, bytes]:
     """Return the files of a plan, which says that its task's files lie where they do for who has ordered it."""
-    provenance = result.provenance.model_copy(update={"folder": order.home or result.provenance.folder})
-    own = result.model_copy(update={"provenance": provenance})
+    own = {"folder": order.home, "git": order.git} if order.home else {}
+    provenance = result.provenance.model_copy(update=own)
+    told = result.model_copy(update={"provenance": provenance})
 
     def extras(stage: Path) -> None:
         if task.output.page:
             write_page(result, task, stage / PAGE_FILE)
 
     with tempfile.TemporaryDirectory() as folder:
-        written = write_into(own, Path(folder) / "plan", extras)
+        written = write_into(told, Path(folder) / "plan", extras)
         return {
             path.relative_to(written).as_posix(): path.read_bytes() for path in written.rglob("*") if path.is_file()
         }

@@ -17,6 +17,7 @@ import fesd_robot
 from fesd_robot.arguments import checked
 from fesd_robot.errors import FesdRobotError, FolderInUseError, SweepError, TaskError
 from fesd_robot.locks import locked
+from fesd_robot.plans.checkout import checked_out_commit
 from fesd_robot.sweeps.content import TaskContent, content_of
 from fesd_robot.sweeps.continuation import FromNearest, InTurn, Schedule
 from fesd_robot.sweeps.executors import DaskCluster, Executor, LocalProcesses, usable_cores
@@ -201,7 +202,8 @@ class _Driver:
         self, loaded: Sweep, rows: Rows, folder: SweepFolder, settings: SweepSettings, content: TaskContent
     ) -> None:
         self._sweep, self._rows, self._folder, self._settings = loaded, rows, folder, settings
-        self._homes = {name: str(loaded.file_of(name).parent.absolute()) for name in rows.first_rows}
+        homes = {name: loaded.file_of(name).parent.absolute() for name in rows.first_rows}
+        self._homes = {name: (str(home), checked_out_commit(home)) for name, home in homes.items()}
         self._files = content.overrides
         self._best: tuple[float, int] | None = None
         self._next_file, self._limits = time.monotonic() + _LEAST_PAUSE, self._limits_of(settings)
@@ -297,7 +299,7 @@ class _Driver:
             None if plan is None or start is None else Start(start, plan, str(self._folder.place(start).absolute())),
             task,
             self._rows.inputs(number).get(CASE, ""),
-            self._homes[task],
+            *self._homes[task],
         )
 
     def _note(self, answer: Answer) -> None:

@@ -43,6 +43,12 @@ def pairs_of(cold: Path, warm: Path, keys: Sequence[str]) -> list[Pair]:
     ]
 
 
+def program_that_made(folder: Path) -> str:
+    """Return which program has made the plans in the folder of a sweep."""
+    plan = json.loads(next(folder.glob("plans/*/*/plan.json")).read_text(encoding="utf-8"))
+    return program_of(TASK, plan["provenance"]["git"])
+
+
 def summary(pairs: list[Pair]) -> str:
     """Return the table of both ways; medians are of rows that are solved in both."""
     both = [pair for pair in pairs if all(pair[way]["verdict"] == "solved" for way in WAYS)]
@@ -53,15 +59,18 @@ def summary(pairs: list[Pair]) -> str:
         ["begun from a neighbour's plan and kept", str(len(begun)), "–"],
         ["begun from one in vain, then from the task", str(len(vain)), "–"],
         *(
-            [f"{what} {name} of {whose}", *(f"{function([pair[way][name] for pair in some]):.4g}" for way in WAYS)]
+            [f"{what} iterations of {whose}", *(f"{function(_iterations(some, way)):.4g}" for way in WAYS)]
             for whose, some in (("rows that are kept", begun), ("all rows", both))
             for what, function in (("median", np.median), ("total", np.sum))
-            for name in ("iterations", "seconds")
             if some
         ),
         ["cheaper by more than 1 %", *(str(sum(_change(pair, side) < -0.01 for pair in both)) for side in (0, 1))],
     ]
     return markdown_table(["", *WAYS], lines)
+
+
+def _iterations(pairs: list[Pair], way: str) -> list[int]:
+    return [pair[way]["iterations"] for pair in pairs]
 
 
 def _share(rows: list[dict[str, Any]]) -> str:
@@ -110,8 +119,8 @@ def page(told: dict[str, Any]) -> str:
             "# Plans from their neighbours",
             "",
             f"Made by `python scripts/results/continuation.py COLD WARM`, drawn from [its rows](continuation.json): "
-            f"{len(pairs)} of the {len(rows)} rows of `{SWEEP}`, by one process beside other work, so that seconds are "
-            f"those of a busy machine. Program: {told['program']}{older}. {PROGRAM_IS}",
+            f"{len(pairs)} of the {len(rows)} rows of `{SWEEP}` that both have; seconds are in the rows, and say "
+            f"nothing where other work ran beside one of both. Program: {told['program']}{older}. {PROGRAM_IS}",
             "",
             summary(pairs),
             "",
@@ -140,7 +149,7 @@ def main() -> None:
         cold, warm = arguments.folders
         pairs = pairs_of(cold, warm, list(Rows(load_sweep(SWEEP)).keys))
         lines = ",\n".join(json.dumps(pair) for pair in pairs)
-        file.write_text(f'{{"program": "{program_of(TASK)}", "rows": [\n{lines}\n]}}\n', encoding="utf-8")
+        file.write_text(f'{{"program": "{program_that_made(warm)}", "rows": [\n{lines}\n]}}\n', encoding="utf-8")
     arguments.page.write_text(page(json.loads(file.read_text(encoding="utf-8"))), encoding="utf-8")
 
 

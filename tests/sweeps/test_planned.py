@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fesd_robot import plan, read_plan, render_plan
+from fesd_robot.plans.checkout import checked_out_commit
 from fesd_robot.sweeps import Order, SweepSettings, SweepTable, Verdict, load_sweep, swept, write_dataset
 from fesd_robot.sweeps.order import Start
 from fesd_robot.sweeps.planned import planned, work_of
@@ -51,6 +52,7 @@ def test_kept_plans_are_whole(table: SweepTable, tmp_path: Path) -> None:
     kept = read_plan(table.folder / table.columns["plan"][0])
     assert kept.task["goal"]["configuration"]["root_x"] == 0.11
     assert kept.provenance.folder == str(ONE_JUMP.parent)
+    assert kept.provenance.git == checked_out_commit(ONE_JUMP.parent) != "none"
     assert render_plan(kept, tmp_path)[0].is_file()
 
 
