@@ -27,13 +27,14 @@ def test_known_solutions(known: Known) -> None:
     assert found.certificate is not None and found.certificate.b_stationary == "certified"
 
 
-def test_conflict_names_rows() -> None:
-    """Of x = 1 and y = 2 with 0 <= x complementary to y one has to give way: the cheaper, by 1."""
+def test_conflict_names_rows(capfd: pytest.CaptureFixture[str]) -> None:
+    """Of x = 1 and y = 2 with 0 <= x complementary to y one has to give way: the cheaper, by 1; CasADi says nothing."""
     problem = from_origin(X**2, X, Y, g=ca.vertcat(X, Y), g_bounds=(np.array([1.0, 2.0]), np.array([1.0, 2.0])))
     found = solve_by_attempts(problem, Run(deadline=Deadline(10.0)), attempts=(Attempt("as given"),))
     assert not found.solution.solved and found.certificate is None and found.conflict is not None
     assert found.conflict.total == pytest.approx(1.0, abs=1e-5)
     assert str(found.conflict).startswith("no point nearby meets all constraints: g[0] by 1.0e+00")
+    assert capfd.readouterr().err == ""
 
 
 def test_slacks_lead_to_the_branch_that_holds_the_constraints() -> None:
