@@ -1,4 +1,4 @@
-"""Copies of the tasks and models that come with the program, to be changed by their user."""
+"""Copies of the tasks, sweeps and models that come with the program, to be changed by their user."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ _SHOWN = 3
 
 
 def copy_examples(names: Sequence[str], out: Path, *, schema: bytes, overwrite: bool = False) -> list[Path]:
-    """Copy tasks with every file that they name, and models, into the folders `tasks` and `models` of another folder.
+    """Copy tasks with every file that they name, sweeps and models into folders of these names in another folder.
 
-    All relative paths in the copies hold. Nothing is written if a file would be lost.
+    A sweep goes alone, for its task comes with the program. All relative paths in the copies hold. Nothing is written
+    if a file would be lost.
 
     Args:
-        names: of tasks or models; none stands for all.
+        names: of tasks, sweeps or models; none stands for all.
         out: folder for the copies.
         schema: content of the JSON schema of tasks.
         overwrite: whether files with another content may be replaced.
@@ -67,6 +68,9 @@ def _contents(example: Example, schema: bytes) -> Iterator[tuple[Path, bytes]]:
     folder = shipped_folder()
     if example.kind == "model":
         yield from ((file.relative_to(folder), file.read_bytes()) for file in _files_below(example.path))
+        return
+    if example.kind == "sweep":
+        yield example.path.relative_to(folder), example.path.read_bytes()
         return
     text = example.path.read_text(encoding="utf-8")
     yield Path(TASKS) / SCHEMA, schema

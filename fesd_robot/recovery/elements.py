@@ -104,7 +104,7 @@ class ElementReader:
         shares = ca.vertcat(ca.SX(0, 1), *[plus - minus for plus, minus in contact_system.theta_joints])
         self.friction_coordinates = np.flatnonzero(dynamics.dry_friction_limits)
         self._dry_friction = dynamics.dry_friction_limits[self.friction_coordinates]
-        coordinates = [dynamics.velocity_names[row] for row in self.friction_coordinates]
+        coordinates = [dynamics.velocity_names[int(row)] for row in self.friction_coordinates]
         self._rubbing = {
             name: np.array([coordinates.index(one) for one in own]) for name, own in dynamics.dry_friction_units.items()
         }

@@ -51,13 +51,13 @@ class LocalProcesses:
 
     Args:
         work: what each does.
-        content: the task.
+        content: the tasks.
         jobs: how many work at once.
     """
 
     def __init__(self, work: Work, content: TaskContent, jobs: int) -> None:
         self._unpacked = Unpacked()
-        self._task = self._unpacked.file(content)
+        self._tasks = self._unpacked.files(content)
         self._workers = [Planner(work) for _ in range(jobs)]
         self._orders: queue.SimpleQueue[Order | None] = queue.SimpleQueue()
         self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
@@ -102,7 +102,7 @@ class LocalProcesses:
         while (order := orders.get()) is not None:
             if orders is not self._orders:
                 return
-            self._answers.put(worker.answer(order, self._task))
+            self._answers.put(worker.answer(order, self._tasks[order.task]))
 
 
 def drained(answers: queue.SimpleQueue[Answer], seconds: float) -> list[Answer]:
@@ -121,7 +121,7 @@ class DaskCluster:
 
     Args:
         work: what each process does; a function of a module that workers can import.
-        content: the task.
+        content: the tasks.
         scheduler: address of its scheduler, ``tcp://HOST:PORT``; None for a cluster on this machine.
         jobs: workers of a cluster on this machine.
 

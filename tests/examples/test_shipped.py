@@ -13,7 +13,7 @@ from fesd_robot.task import load_task
 ROOT = Path(__file__).parents[2]
 
 
-def test_every_task_and_model_of_the_repository_is_an_example() -> None:
+def test_every_task_sweep_and_model_of_the_repository_is_an_example() -> None:
     """Names are those of the files and folders, and each has a sentence that says what it is."""
     assert shipped_folder() == ROOT
     examples = shipped_examples()
@@ -21,6 +21,7 @@ def test_every_task_and_model_of_the_repository_is_an_example() -> None:
     assert [one.path for one in examples if one.kind == "task"] == files
     assert [one.name for one in examples if one.kind == "task"] == [one.stem for one in files]
     assert [one.name for one in examples if one.kind == "model"] == sorted(one.name for one in ROOT.glob("models/*"))
+    assert [one.path for one in examples if one.kind == "sweep"] == sorted(ROOT.glob("sweeps/*.yaml"))
     assert examples_by_name()["pusher_slider"].kind == "task" and examples_by_name()["hopper"].kind == "model"
     for example in examples:
         assert example.words.endswith(".") and len(example.words) > 10, example.name

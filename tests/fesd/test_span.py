@@ -8,12 +8,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from random_piecewise_linear import compare
 from scipy.integrate import solve_ivp
 
 from fesd_robot.dcs import Model, Subsystem, stewart
 from fesd_robot.errors import DimensionError, ModelError, OptionError
 from fesd_robot.fesd import FesdOptions, SimulationError, SimulationSettings, make_tableau, simulate
+from scripts.results.random_piecewise_linear import compare
 
 from .systems import SIGNS, TIME, by_regions, driven, oscillator, planar_oscillator, pressed, relay, relays, scalar
 

@@ -19,6 +19,6 @@ ROOT = Path(__file__).parents[2]
 def test_the_picture_is_not_stale(plan: str) -> None:
     """The page, drawn again from the same plan, is the picture but for fonts, and so are some of the moving picture."""
     chromium()
-    command = [sys.executable, "scripts/hero.py", *f"tests/render/plans/{plan} --tasks tasks --check".split()]
+    command = [sys.executable, "scripts/tools/hero.py", *f"tests/render/plans/{plan} --tasks tasks --check".split()]
     outcome = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
     assert outcome.returncode == 0, outcome.stdout + outcome.stderr

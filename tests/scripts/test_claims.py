@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from claims import CLAIMS, Claim, ContactClaim
 
 from fesd_robot.planning.planner import attempt
 from fesd_robot.plans import Plan
 from fesd_robot.task import load_task
+from scripts.results.claims import CLAIMS, Claim, ContactClaim
 
 TASKS = Path(__file__).parents[2] / "tasks"
 SHORT = (

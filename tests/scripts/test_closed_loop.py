@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from closed_loop import ROWS, Row, around_take_off, page, plan_of, push_of
 
 from fesd_robot.contact import ContactMode
+from scripts.results.closed_loop import ROWS, Row, around_take_off, page, plan_of, push_of
 
 
 def loop(in_space: bool) -> Any:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import Counter
 
 import pytest
-from mutated_inputs import KINDS, mutated_inputs
-from run_mutated import Ended, Tally, all_ended, page, warm_up
+
+from scripts.tools.mutated_inputs import KINDS, mutated_inputs
+from scripts.tools.run_mutated import Ended, Tally, all_ended, page, warm_up
 
 COUNT = 500
 

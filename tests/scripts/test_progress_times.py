@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import progress_times
+from scripts.results import progress_times
 
 SHORT = (
     "horizon.duration=0.2",

@@ -6,10 +6,10 @@ from math import floor, log, sqrt
 from pathlib import Path
 
 import numpy as np
-import switch_times
 
 from fesd_robot.simulation import simulate_robot
 from fesd_robot.task import load_task
+from scripts.results import switch_times
 
 BALL = Path(__file__).parents[2] / "tasks" / "simulated" / "spinning_ball.yaml"
 FALL = sqrt(2 * 0.5 / 9.81)
