@@ -14,6 +14,7 @@ from scipy.optimize import minimize
 from fesd_robot import Plan, load_task, simulate
 from fesd_robot.complementarity import Branch
 from fesd_robot.contact import Contact, ContactMode, MultibodyDynamics, joint_modes
+from fesd_robot.errors import TaskError
 from fesd_robot.fesd import Element
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.judged import numeric_physics
@@ -160,7 +161,25 @@ def test_a_crate_breaks_away_as_gauss_says(tmp_path: Path, force: tuple[float, f
         ("root: sagittal", "root: free_flyer", "bodies.crate.limit_surface", "expected 'sagittal' or 'planar'"),
         ("force: 2, ", "", "bodies.crate.limit_surface.force", "this key is missing"),
         ("force: 2", "force: 0", "bodies.crate.limit_surface.force", "found 0, expected"),
-        ("torque: 0.15", "torque: 0.15, length: 1", "bodies.crate.limit_surface.length", ""),
+        ("torque: 0.15", "torque: 0.15, length: 1", "bodies.crate.limit_surface.length", "unknown key"),
+        (
+            "contacts: {}",
+            "contacts: {tip: {frame: tip, rolling_friction: 0.1}}",
+            "contacts.tip.rolling_friction",
+            "dry_friction instead",
+        ),
+        (
+            "contacts: {}",
+            "contacts: {tip: {frame: tip, torsional_friction: 1}}",
+            "contacts.tip.torsional_friction",
+            "limit_surface instead",
+        ),
+        (
+            "contacts: {}",
+            "contacts: {tip: {frame: tip, stiffness: 200}}",
+            "contacts.tip.stiffness",
+            "contacts are rigid",
+        ),
     ],
 )
 def test_a_mistake_is_one_sentence(tmp_path: Path, old: str, new: str, key: str, fragment: str) -> None:
@@ -169,5 +188,5 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, old: str, new: str, key: str,
     text = file.read_text(encoding="utf-8")
     assert text.count(old) == 1
     file.write_text(text.replace(old, new), encoding="utf-8")
-    with pytest.raises(Exception, match=rf"task.yaml:\d+: {key}: .*{fragment}"):
+    with pytest.raises(TaskError, match=rf"task.yaml:\d+: {key}: .*{fragment}"):
         load_task(file)
