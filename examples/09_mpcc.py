@@ -12,7 +12,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from fesd_robot.mpcc import Mpcc, PairPolisher, certify, solve
+from fesd_robot.mpcc import Mpcc, solve_by_attempts
 
 x, y, multipliers = ca.SX.sym("x"), ca.SX.sym("y"), ca.SX.sym("l", 4)
 rows = ca.vertcat(3 * x - y - 3, -x + 0.5 * y + 4, -x - y + 7, y)  # of the follower, all at least zero
@@ -27,8 +27,9 @@ problem = Mpcc.from_expressions(
     bounds=(np.array([0.0, -np.inf, *[-np.inf] * 4]), None),
     start=np.ones(6),
 )
-solution = solve(problem, polisher=PairPolisher(problem))
-certificate = certify(problem, solution.w)
+found = solve_by_attempts(problem)
+solution, certificate = found.solution, found.certificate
+assert certificate is not None
 cost, product = solution.residuals.objective, solution.residuals.complementarity  # recomputed at the point
 print(f"x = {solution.w[0]:.6f}, y = {solution.w[1]:.6f}, cost {cost:.6f}, largest product {product:.1e}")
 print(f"{certificate.kind}-stationary; B-stationarity {certificate.b_stationary}")
