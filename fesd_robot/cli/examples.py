@@ -72,7 +72,10 @@ def _listed(shipped: Sequence[Example]) -> list[str]:
     columns = min(shutil.get_terminal_size().columns, _MOST_COLUMNS)
     lines: list[str] = []
     kinds = {
-        "Tasks (fesd-robot plan NAME):": [each for each in shipped if each.kind == "task" and not each.simulated],
+        "Tasks (fesd-robot plan NAME):": [
+            each for each in shipped if each.kind == "task" and not each.simulated and not each.public
+        ],
+        "Tasks of other planners (fesd-robot plan NAME):": [each for each in shipped if each.public],
         "Tasks without controls (fesd-robot simulate NAME):": [each for each in shipped if each.simulated],
         "Sweeps (fesd-robot sweep NAME):": [each for each in shipped if each.kind == "sweep"],
         "Models:": [each for each in shipped if each.kind == "model"],

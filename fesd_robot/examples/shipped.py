@@ -16,6 +16,9 @@ TASKS, MODELS, SWEEPS = "tasks", "models", "sweeps"
 SIMULATED = "simulated"
 """Folder below that of the tasks, of those without controls."""
 
+PUBLIC = "public"
+"""Folder below that of the tasks, of those of other planners."""
+
 _SUFFIX = ".yaml"
 
 ROBOT_DATA = "example-robot-data:"
@@ -33,6 +36,7 @@ class Example:
         words: what it does, one sentence; what the model is.
         needs_robot_data: whether its robot is one of the package example-robot-data.
         simulated: whether it is a task of a robot without controls, which is simulated and not planned.
+        public: whether it is a task of another planner.
     """
 
     name: str
@@ -41,6 +45,7 @@ class Example:
     words: str
     needs_robot_data: bool = False
     simulated: bool = False
+    public: bool = False
 
 
 def shipped_folder() -> Path:
@@ -57,9 +62,9 @@ def shipped_folder() -> Path:
 
 
 def shipped_examples() -> list[Example]:
-    """Return the tasks, those to be simulated last, the sweeps and the models of the program, each kind by name."""
-    folder = shipped_folder()
-    tasks = [_task(file) for place in ("", SIMULATED) for file in sorted((folder / TASKS / place).glob("*.yaml"))]
+    """Return the tasks, then those of others and those to simulate, the sweeps and the models, each kind by name."""
+    folder, places = shipped_folder(), ("", PUBLIC, SIMULATED)
+    tasks = [_task(file) for place in places for file in sorted((folder / TASKS / place).glob("*.yaml"))]
     sweeps = [_sweep(file, tasks) for file in shipped_sweeps().values()]
     models = [_model(each) for each in sorted((folder / MODELS).iterdir()) if each.is_dir()]
     return [*tasks, *sweeps, *models]
@@ -135,13 +140,17 @@ def _named(name: str, files: Mapping[str, Path], kind: str, which: str) -> Path:
 
 def _task(file: Path) -> Example:
     text = file.read_text(encoding="utf-8")
-    simulated = file.parent.name == SIMULATED
-    return Example(file.stem, "task", file, _first_sentence(text), f"model: {ROBOT_DATA}" in text, simulated)
+    simulated, public = (file.parent.name == place for place in (SIMULATED, PUBLIC))
+    words = _first_sentence(text).partition(" Source: ")[0]
+    return Example(file.stem, "task", file, words, f"model: {ROBOT_DATA}" in text, simulated, public)
 
 
 def _sweep(file: Path, tasks: Sequence[Example]) -> Example:
     text = file.read_text(encoding="utf-8")
-    needing = any(task.needs_robot_data and re.search(rf"^task: {task.name}$", text, re.MULTILINE) for task in tasks)
+    needing = any(
+        task.needs_robot_data and re.search(rf"^task: (.*/)?{task.name}(\.yaml)?$", text, re.MULTILINE)
+        for task in tasks
+    )
     return Example(file.stem, "sweep", file, _first_sentence(text), needing)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, replace
 from itertools import islice
 from typing import Any
@@ -105,7 +104,7 @@ class Attempted:
     Attributes:
         solution: the solution, else the best point: that of the least violation and product.
         certificate: of the solution; None if there is none.
-        conflict: the least violation that was found, if no attempt found a solution.
+        conflict: the least violation that was found, if no attempt found a solution; None also where time was over.
         attempt: name of the one that the solution is of.
         descents: branches that were left for cheaper ones.
     """
@@ -198,9 +197,12 @@ class _Attempts:
         """Return the end of one homotopy."""
         if attempt.changes or attempt.moved:
             iterations = max(run.effort.polishing_iterations, POLISHING_ITERATIONS)
+            changes, first = attempt.changes, attempt.changes.get("sigma_start")
+            if first is not None:
+                changes = {**changes, "sigma_start": max(first, run.options.tolerance)}
             run = replace(
                 run,
-                options=replace(run.options, **attempt.changes),
+                options=replace(run.options, **changes),
                 effort=replace(run.effort, polishing_iterations=iterations),
             )
         problem = replace(self._problem, start=_moved(self._problem, attempt.moved))
@@ -213,14 +215,11 @@ class _Attempts:
         self._elastic = self._elastic or ElasticProblem.of(self._problem)
         problem, run = self._elastic.problem, self._run.share(attempt.share)
         start = self._elastic.at(np.clip(w, self._problem.lower, self._problem.upper))
-        end = None
-        for end in _descent(problem, start, replace(run, report=self._heard)):
-            if end.residuals.objective <= NOTHING_VIOLATED:
-                break
+        end, certified = _least(problem, start, replace(run, report=self._heard), NOTHING_VIOLATED)
         if end is None:
             return None
         if end.residuals.objective > NOTHING_VIOLATED:
-            conflict = self._elastic.least_violation(end.w)
+            conflict = self._elastic.least_violation(end.w, certified=certified)
             if self._conflict is None or conflict.total < self._conflict.total:
                 self._conflict = conflict
             return None
@@ -272,29 +271,34 @@ class _Attempts:
         self._run.notify(report)
 
 
-def _descent(problem: Mpcc, start: np.ndarray, run: Run) -> Iterator[PolishingReport]:
-    """Yield exact ends on branches that cost less and less, until the LPCC knows none that descends."""
+def _least(problem: Mpcc, start: np.ndarray, run: Run, enough: float) -> tuple[PolishingReport | None, bool]:
+    """Return the cheapest exact end on branches that cost less and less, and whether the LPCC knows none that descends.
+
+    Args:
+        problem: with pairs.
+        start: where the first branch is read, (n).
+        run: of all NLPs.
+        enough: cost at which it ends.
+    """
     from fesd_robot.mpcc.b_stationarity import b_stationary  # the linear programs take long to import
 
     nlp = BranchNlp.of(PairPolisher(problem), run.options.compile)
     end = nlp.solve(problem, start, run, settings=NEAR_BRANCH, limits=BRANCH_LIMITS)
     for _ in range(DESCENTS):
-        if end is None:
-            return
-        yield end
-        if run.over:
-            return
+        if end is None or run.over or end.residuals.objective <= enough:
+            break
         try:
             b = b_stationary(problem, end.w, activity=DESCENT_ACTIVITY, time_limit=min(10.0, run.deadline.left))
         except SolverError as error:
             logger.info("no branch that descends: %s", error)
-            return
+            break
         if b.verdict != "refuted":
-            return
-        before = end.residuals.objective
-        end = nlp.solve(problem, end.w, run, settings=NEAR_BRANCH, limits=BRANCH_LIMITS, branches=[b.branch])
-        if end is not None and not _descends(end.residuals.objective, before):
-            return
+            return end, b.verdict == "certified"
+        following = nlp.solve(problem, end.w, run, settings=NEAR_BRANCH, limits=BRANCH_LIMITS, branches=[b.branch])
+        if following is None or not _descends(following.residuals.objective, end.residuals.objective):
+            break
+        end = following
+    return end, False
 
 
 def _descends(cost: float, before: float) -> bool:

@@ -19,23 +19,30 @@ PAIR_PRICE = 10.0
 
 @dataclass(frozen=True)
 class LeastViolation:
-    """Constraints and pairs that cannot be met together near a point, on no branch of the pairs that are zero there.
+    """Constraints and pairs that are not met together.
 
     Attributes:
         total: least sum of violations, in the units of the rows and of the smaller sides of pairs.
         rows: label and violation of every row and pair that is violated there, the largest first.
+        certified: whether they cannot be met nearby: the LPCC knows no branch on which the sum falls.
         w: the point, (n).
     """
 
     total: float
     rows: tuple[tuple[Label, float], ...]
+    certified: bool
     w: np.ndarray = field(repr=False)
 
     def __str__(self) -> str:
         """In words."""
         first = ", ".join(f"{label} by {excess:.1e}" for label, excess in self.rows[:5])
         more = f" and {len(self.rows) - 5} more" if len(self.rows) > 5 else ""
-        return f"no point nearby meets all constraints: {first}{more} at the least sum of violations, {self.total:.1e}"
+        what = (
+            "no point nearby meets all constraints"
+            if self.certified
+            else "no point was found that meets all constraints"
+        )
+        return f"{what}: {first}{more} at the least sum of violations, {self.total:.1e}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +87,13 @@ class ElasticProblem:
             slacks.append(np.maximum(np.nan_to_num(np.vstack(parts)), 0.0).ravel(order="F"))
         return np.concatenate([w, *slacks])
 
-    def least_violation(self, point: np.ndarray) -> LeastViolation:
-        """Return what is violated at a point of the elastic problem."""
+    def least_violation(self, point: np.ndarray, *, certified: bool) -> LeastViolation:
+        """Return what is violated at a point of the elastic problem.
+
+        Args:
+            point: of the elastic problem.
+            certified: whether it is B-stationary there.
+        """
         first = self.original.size
         rows: list[tuple[Label, float]] = []
         for block in self.original.blocks:
@@ -97,7 +109,7 @@ class ElasticProblem:
                 rows += [(label(int(row), int(copy)), float(excess[row, copy])) for row, copy in found]
         rows.sort(key=lambda one: -one[1])
         total = float(point[self.original.size :].sum())
-        return LeastViolation(total, tuple(rows), point[: self.original.size])
+        return LeastViolation(total, tuple(rows), certified, point[: self.original.size])
 
 
 def _slacks(block: Block) -> int:

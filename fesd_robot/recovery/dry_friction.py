@@ -28,6 +28,16 @@ class DryFriction:
     units: tuple[np.ndarray, ...]
 
     @classmethod
+    def of_joints(cls, coordinates: np.ndarray, limit: np.ndarray) -> DryFriction:
+        """Return the dry friction of joints, each by itself.
+
+        Args:
+            coordinates: numbers of the velocity coordinates, (n_f).
+            limit: F, N or N m, (n_f).
+        """
+        return cls(coordinates, limit, tuple(np.array([i]) for i in range(len(coordinates))))
+
+    @classmethod
     def of(cls, robot: Robot) -> DryFriction:
         """Return the dry friction of a robot."""
         limits, names = robot.dry_friction_limits, robot.velocity_names

@@ -215,7 +215,7 @@ class _Driver:
         try:
             more = True
             while more or executor.running:
-                while more and executor.room > 0:
+                while more and self._room(executor) > 0:
                     following = schedule.next()
                     if following is None:
                         more = False
@@ -241,6 +241,11 @@ class _Driver:
                 journal.rewritten(self._without_plan)
             journal.close()
             self._write_files()
+
+    def _room(self, executor: Executor) -> int:
+        """Return how many rows may be ordered; none lies ready where a plan that is solved meanwhile is its start."""
+        warm = self._sweep.warm == "nearest"
+        return executor.workers - len(executor.running) if warm else executor.room
 
     def _schedule(self) -> Schedule:
         """Return the order of the rows that are not there; rows to be done again go from the table."""

@@ -16,7 +16,7 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
-from fesd_robot.sweeps import Rows, SweepSettings, SweepTable, Tally, load_sweep, swept
+from fesd_robot.sweeps import Rows, SweepSettings, SweepTable, Tally, load_sweep, read_sweep, swept
 from fesd_robot.sweeps.order import Verdict, Work
 from fesd_robot.sweeps.planned import planned
 from scripts.tools.arguments import ROOT, program_of
@@ -177,15 +177,18 @@ class Table:
             " ".join([*given.set, *([f"{given.time_limit:g} s each"] if given.time_limit else [])]),
         )
 
+        def kept(table: SweepTable) -> list[Row]:
+            rows = [self._of_sweep(own, row, made) for row in sorted(table.rows(), key=lambda row: row["number"])]
+            self.put(rows)
+            return rows
+
         def progress(tally: Tally) -> None:
             if tally.done > seen[0]:
                 seen[0] = tally.done
                 print(tally.line(), flush=True)
+                kept(read_sweep(self.folder))
 
-        table = swept(loaded, self.folder, settings, self.work, progress, self.measures)
-        rows = [self._of_sweep(own, row, made) for row in _in_order(table)]
-        self.put(rows)
-        return rows
+        return kept(swept(loaded, self.folder, settings, self.work, progress, self.measures))
 
     def _of_sweep(self, own: Rows, row: Row, made: str) -> Row:
         names = self._named(own, row["number"])
@@ -209,10 +212,6 @@ def solved(row: Row) -> bool:
 def every_task() -> list[str]:
     """Return the names of all tasks in tasks/."""
     return sorted(file.stem for file in (ROOT / "tasks").glob("*.yaml"))
-
-
-def _in_order(table: SweepTable) -> list[Row]:
-    return sorted(table.rows(), key=lambda row: row["number"])
 
 
 def settings_of(words: Sequence[str]) -> dict[str, Any]:

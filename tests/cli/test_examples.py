@@ -32,10 +32,11 @@ def test_what_is_simulated_is_listed_apart(run: Callable[..., Any]) -> None:
     """Each heading has the tasks of its folder below it, and names the command for them."""
     text = run("examples").out
     planned, simulated = text.split("Tasks without controls (fesd-robot simulate NAME):")
+    planned, public = planned.split("Tasks of other planners (fesd-robot plan NAME):")
     assert planned.startswith("Tasks (fesd-robot plan NAME):")
     simulated, models = simulated.split("Models:")
     simulated, sweeps = simulated.split("Sweeps (fesd-robot sweep NAME):")
-    parts = {planned: "tasks", simulated: "tasks/simulated", sweeps: "sweeps"}
+    parts = {planned: "tasks", public: "tasks/public", simulated: "tasks/simulated", sweeps: "sweeps"}
     for part, folder in ((part, ROOT / name) for part, name in parts.items()):
         names = [line.strip() for line in part.splitlines() if line.startswith("  ") and not line.startswith("   ")]
         assert names == sorted(file.stem for file in folder.glob("*.yaml"))

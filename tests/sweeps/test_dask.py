@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,10 +13,11 @@ from pathlib import Path
 
 import pytest
 
+import fesd_robot
 from fesd_robot.errors import SweepError
 from fesd_robot.sweeps import SweepSettings, SweepTable, load_sweep, read_sweep, swept
 from tests.sweeps.cluster import REPOSITORY, Cluster, running
-from tests.sweeps.stubs import fragile, parabola, slow
+from tests.sweeps.stubs import alone_only, fragile, parabola, slow
 
 pytest.importorskip("distributed")
 SWEEP = {"task": "hopper_one_jump", "vary": {"goal.configuration.root_x": {"range": [0.9, 1.1], "count": 40}}}
@@ -58,6 +60,14 @@ def test_failures_are_rows(tmp_path: Path, cluster: Cluster) -> None:
     expected = ["solved", "crashed", "crashed", "timeout", "memory", "error", "refused", "solved"]
     assert table.columns["verdict"] == expected
     assert all(worker.poll() is None for worker in cluster.workers)
+
+
+def test_a_row_that_fails_from_its_neighbour_is_planned_alone(tmp_path: Path, cluster: Cluster) -> None:
+    """The second order of a row is done, too, and is no copy of the first one's failure."""
+    vary = {"goal.configuration.root_x": {"range": [0.9, 1.1], "count": 8}}
+    table = swept(load_sweep({**SWEEP, "warm": "nearest", "vary": vary}), tmp_path / "out", on(cluster), alone_only)
+    assert table.columns["verdict"] == ["solved"] * 8
+    assert sum(row is not None for row in table.columns["abandoned"]) >= 4
 
 
 def test_a_worker_that_is_killed_loses_no_row(tmp_path: Path, cluster: Cluster) -> None:
@@ -126,6 +136,9 @@ def test_workers_of_another_version_are_refused(
     tmp_path: Path, cluster: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The sentence names a worker and both versions."""
+    known = re.escape(fesd_robot.__version__)
     monkeypatch.setattr("fesd_robot.__version__", "9.9")
-    with pytest.raises(SweepError, match=r"found version 0\.1\.0 of fesd-robot on tcp://.*expected 9\.9, that of this"):
+    with pytest.raises(
+        SweepError, match=rf"found version {known} of fesd-robot on tcp://.*expected 9\.9, that of this"
+    ):
         swept(load_sweep(SWEEP), tmp_path / "out", on(cluster), parabola)

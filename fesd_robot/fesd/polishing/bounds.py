@@ -55,7 +55,7 @@ class BoundsBuilder:
         standing_still: list[tuple[int, PointIndices]] = []
         for e, (factors, without_length) in enumerate(zip(branch.factors, branch.without_length, strict=True)):
             if without_length:
-                self._remove(e, factors if before is None else before)
+                self._remove(e, factors if before is None else before, factors)
                 continue
             frozen = ActiveFactor.COMPLEMENT in factors
             left = self._hold_jump(e, left, factors)
@@ -255,6 +255,15 @@ class BoundsBuilder:
             for variable in self._conditions.idle[i]:
                 self._fix(point.algebraic + variable)
 
+    def _hold_going_on(self, e: int, i: int, factor: ActiveFactor) -> None:
+        """Hold a condition of what moves on through an element without length, at its stages."""
+        member = self._conditions.members[i]
+        quantity = self._conditions.quantities[member.quantity(factor)]
+        if factor is ActiveFactor.G and (member.condition.only_at_rest or member.condition.vanishes_at_rest is None):
+            return
+        for point in self._elements[e].points[: self._stages]:
+            self._clamp(quantity, point, member.direction, one_side=factor is ActiveFactor.G)
+
     def _with_H(self, e: int, member: ConditionFactors, left: PointIndices | None = None) -> list[PointIndices]:
         """Points at which H is part of a condition; a pair also has one at the start and at an own right end."""
         points = self._elements[e].points
@@ -262,14 +271,23 @@ class BoundsBuilder:
             return points[: self._stages]
         return [self._start, *points] if left is self._start else points
 
-    def _remove(self, e: int, factors: tuple[ActiveFactor, ...]) -> None:
-        """No length, no multipliers, and the states of the left boundary, whose bounds need not be repeated."""
+    def _remove(self, e: int, factors: tuple[ActiveFactor, ...], following: tuple[ActiveFactor, ...]) -> None:
+        """No length, no multipliers, and the states of the left boundary, whose bounds need not be repeated.
+
+        Args:
+            e: number of the element.
+            factors: active factors of the element before it.
+            following: those of its own, with which the motion goes on.
+        """
         at = self._elements[e].step
         self._lower[at] = self._upper[at] = 0.0
         self._no_impulse(e)
         for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=False)):
             if member.condition.idle:
-                self._hold_idle(e, i)
+                if self._conditions.moving(i, factors) and self._conditions.moving(i, following):
+                    self._hold_going_on(e, i, factor)
+                else:
+                    self._hold_idle(e, i)
             elif i not in self._conditions.rests and (member.condition.vanishing or factor is ActiveFactor.H):
                 for point in self._with_H(e, member):
                     self._clamp(self._conditions.quantities[member.H], point, 1, one_side=False)

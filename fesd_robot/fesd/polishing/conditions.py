@@ -106,7 +106,7 @@ class ElementConditions:
     jumps: tuple[JumpFactors, ...] = ()
     jump_values: ca.Function | None = None
     laws: int = 0
-    algebraic: ca.SX = field(default_factory=ca.SX)
+    algebraic: ca.SX = field(default_factory=ca.SX, compare=False)
 
     @cached_property
     def labels(self) -> tuple[Label, ...]:
@@ -224,6 +224,17 @@ class ElementConditions:
             factors: active factors of all conditions of an element.
         """
         return any(factors[k] is factor is ActiveFactor.G for k, factor in self._implying[i])
+
+    def moving(self, i: int, factors: Sequence[ActiveFactor]) -> bool:
+        """Return whether what an idle condition is about moves in an element.
+
+        Args:
+            i: its number.
+            factors: active factors of all conditions of an element.
+        """
+        joint = self.members[i].condition.label.joint
+        own = [k for group in self.vector_groups for k in group if self.labels[k].joint == joint]
+        return ActiveFactor.COMPLEMENT not in factors and any(factors[k] is ActiveFactor.H for k in own)
 
     @cached_property
     def rests(self) -> frozenset[int]:
