@@ -62,16 +62,17 @@ class Leg(NamedTuple):
         return np.asarray(end - hinge(robot.model, data, self.joints[0]))
 
 
-def leg_to(robot: Robot, frame: str, base: Sequence[str], place: Sequence[float] = (0.0, 0.0, 0.0)) -> Leg:
+def leg_to(robot: Robot, frame: str, base: Sequence[str], place: np.ndarray | None = None) -> Leg:
     """Return the chain of joints that carries a frame, without those of the base, by names of coordinates.
 
     Args:
         frame: of the body at the end.
         base: coordinates that are not of the leg.
-        place: where that body touches, in the axes of the frame, m: the end, if a part of the leg is between.
+        place: where that body touches, in the axes of the frame, m, (3,): the end, if a part of the leg is between; its
+            origin if omitted.
     """
     model, data = robot.model, robot.model.createData()
-    number = robot.frame_id(frame)
+    number, touching = robot.frame_id(frame), np.zeros(3) if place is None else place
     fixed = {robot.velocity_names.index(name) for name in base}
     chain, joint = [], model.frames[number].parentJoint
     while joint and model.joints[joint].idx_v not in fixed:
@@ -83,10 +84,10 @@ def leg_to(robot: Robot, frame: str, base: Sequence[str], place: Sequence[float]
     places = [
         *(hinge(model, data, joint) for joint in chain),
         data.oMf[number].translation,
-        data.oMf[number].act(np.array(place)),
+        data.oMf[number].act(touching),
     ]
     links = [float(np.linalg.norm((b - a)[[0, 2]])) for a, b in pairwise(places)]
-    x, y, z = (float(each) for each in place) if links[-1] > _SHANK * sum(links) else (0.0, 0.0, 0.0)
+    x, y, z = touching.tolist() if links[-1] > _SHANK * sum(links) else (0.0, 0.0, 0.0)
     if (x, y, z) == (0.0, 0.0, 0.0):
         links.pop()
     rest = tuple(sum(links[i:]) + _slides(robot, chain[i:], q) for i in range(len(chain)))
