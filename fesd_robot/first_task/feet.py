@@ -104,6 +104,24 @@ def feet_of(robot: Robot, q: np.ndarray, names: Sequence[str] = ()) -> list[Cont
     ]
 
 
+def lowest_place(robot: Robot, q: np.ndarray, frame: str) -> np.ndarray:
+    """Return the lowest place of a body's collision shapes in a configuration (nq,), of a ball its middle.
+
+    Returns:
+        in the axes of the body's frame, m, (3,); its origin without shapes.
+    """
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    try:
+        outlines = [outline_points(shape) for shape in robot.collision_shapes if shape.body == frame]
+    except RobotError:  # meshes that are not there
+        outlines = []
+    down = data.oMf[robot.frame_id(frame)].rotation[2]
+    places = [points[:, int(np.argmin(down @ points))] for points, _ in outlines]
+    bottoms = [float(down @ place) - radius for place, (_, radius) in zip(places, outlines, strict=True)]
+    return places[int(np.argmin(bottoms))] if places else np.zeros(3)
+
+
 def labels_of(frames: list[str], forward: list[float]) -> list[str]:
     """Return a name for the contact of every foot: where it is, if that tells them apart."""
     if len(frames) == 1:

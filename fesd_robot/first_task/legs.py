@@ -9,8 +9,8 @@ import pinocchio as pin
 
 from fesd_robot.errors import RobotError
 from fesd_robot.first_task.base import Base
-from fesd_robot.first_task.feet import feet_of
-from fesd_robot.first_task.posture import clipped, hinge, joint_values, leg_to, standing_posture
+from fesd_robot.first_task.feet import feet_of, lowest_place
+from fesd_robot.first_task.posture import Leg, clipped, joint_values, leg_to, standing_posture
 from fesd_robot.first_task.proposal import Contact, Proposal, RobotSection, State, what_moves
 from fesd_robot.robot import STANDARD_GRAVITY, Robot
 
@@ -46,8 +46,8 @@ def jump(name: str, robot: Robot, section: RobotSection, base: Base, feet: Seque
     proposals = []
     for posture, q, names in _postures(robot, base, feet):
         contacts = feet_of(robot, q, names)
-        legs = [leg_to(robot, contact.frame, base.names) for contact in contacts]
-        height = _height(robot, q, contacts)
+        legs = [leg_to(robot, one.frame, base.names, lowest_place(robot, q, one.frame)) for one in contacts]
+        height = _height(robot, q, contacts, legs)
         values = {} if posture else joint_values(robot, q, [j for leg in legs for j in leg.joints])
         stand = tuple(contact.name for contact in contacts)
         shaped = any(contact.shapes for contact in contacts) or len(contacts) > 1
@@ -88,28 +88,36 @@ def _postures(robot: Robot, base: Base, feet: Sequence[str]) -> list[tuple[str, 
         for coordinate, value in robot.postures[name].items():
             if coordinate in robot.configuration_names:
                 q[robot.configuration_names.index(coordinate)] = value
-        legs = [leg_to(robot, contact.frame, base.names) for contact in feet_of(robot, q, feet)]
-        if all(leg.joints and _reach(robot, q, leg.joints[0], leg.frame) > _LEAST_STAND * leg.length for leg in legs):
+        legs = _legs(robot, q, base, feet)
+        if all(leg.joints and _reach(robot, q, leg) > _LEAST_STAND * leg.length for leg in legs):
             result.append((name, q, feet))
-    legs = [leg_to(robot, contact.frame, base.names) for contact in feet_of(robot, neutral, feet)]
+    legs = _legs(robot, neutral, base, feet)
     if not all(leg.joints and leg.length > 0 for leg in legs):
         frame = next(leg.frame for leg in legs if not (leg.joints and leg.length > 0))
         raise RobotError(f"{robot.source}: found no joint that moves the foot {frame}; name the feet by --foot")
     return [*result, ("", standing_posture(robot, legs), list(dict.fromkeys(leg.frame for leg in legs)))]
 
 
-def _reach(robot: Robot, q: np.ndarray, hip: int, frame: str) -> float:
+def _legs(robot: Robot, q: np.ndarray, base: Base, feet: Sequence[str]) -> list[Leg]:
+    """Return the legs to the feet that touch in a configuration (nq,), each to where its foot touches."""
+    frames = [contact.frame for contact in feet_of(robot, q, feet)]
+    return [leg_to(robot, frame, base.names, lowest_place(robot, q, frame)) for frame in frames]
+
+
+def _reach(robot: Robot, q: np.ndarray, leg: Leg) -> float:
     """Return how far a foot is below its hip, m."""
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, q)
-    return float(hinge(robot.model, data, hip)[2] - data.oMf[robot.frame_id(frame)].translation[2])
+    return -float(leg.below(robot, data)[2])
 
 
-def _height(robot: Robot, q: np.ndarray, contacts: Sequence[Contact]) -> float:
+def _height(robot: Robot, q: np.ndarray, contacts: Sequence[Contact], legs: Sequence[Leg]) -> float:
     """Return the height of the centre of mass above the lowest foot, m."""
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, q)
-    feet = min(float(data.oMf[robot.frame_id(each.frame)].translation[2]) + each.offset[2] for each in contacts)
+    places = [(one.frame, leg.end if any(leg.end) else one.offset) for one, leg in zip(contacts, legs, strict=True)]
+    ends = [data.oMf[robot.frame_id(frame)].act(np.array([*end])) for frame, end in places]
+    feet = min(float(end[2]) for end in ends)
     return max(float(pin.centerOfMass(robot.model, data, q)[2]) - feet, 1e-2)
 
 

@@ -27,6 +27,9 @@ _LIKE_GUESS = 1e-2
 _MARGIN = 0.03
 """Of a joint's range: how far a posture stays away from its ends, so that it can be left both ways."""
 
+_SHANK = 0.25
+"""Of a leg's length: a foot that touches farther from its frame than this has the frame of a knee, not of an ankle."""
+
 _LEVEL = 0.5
 """Weight, m/rad, of a sole's tilt in units of the leg's length."""
 
@@ -40,22 +43,36 @@ class Leg(NamedTuple):
         joints: from the first one to the last.
         frame: at its end.
         rest: length from every joint to the end, m, stretched.
+        end: place of the end in the axes of the frame, m.
     """
 
     joints: tuple[int, ...]
     frame: str
     rest: tuple[float, ...]
+    end: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def length(self) -> float:
         """Length of all of it, m."""
         return self.rest[0] if self.rest else 0.0
 
+    def below(self, robot: Robot, data: pin.Data) -> np.ndarray:
+        """Return the end as seen from the first joint, m, (3,), where the data has the places of all frames."""
+        end = data.oMf[robot.frame_id(self.frame)].act(np.array(self.end))
+        return np.asarray(end - hinge(robot.model, data, self.joints[0]))
 
-def leg_to(robot: Robot, frame: str, base: Sequence[str]) -> Leg:
-    """Return the chain of joints that carries a frame, without those of the base, by names of coordinates."""
+
+def leg_to(robot: Robot, frame: str, base: Sequence[str], place: np.ndarray | None = None) -> Leg:
+    """Return the chain of joints that carries a frame, without those of the base, by names of coordinates.
+
+    Args:
+        frame: of the body at the end.
+        base: coordinates that are not of the leg.
+        place: where that body touches, in the axes of the frame, m, (3,): the end, if a part of the leg is between; its
+            origin if omitted.
+    """
     model, data = robot.model, robot.model.createData()
-    number = robot.frame_id(frame)
+    number, touching = robot.frame_id(frame), np.zeros(3) if place is None else place
     fixed = {robot.velocity_names.index(name) for name in base}
     chain, joint = [], model.frames[number].parentJoint
     while joint and model.joints[joint].idx_v not in fixed:
@@ -64,10 +81,17 @@ def leg_to(robot: Robot, frame: str, base: Sequence[str]) -> Leg:
     chain.reverse()
     q = clipped(robot, robot.neutral)
     pin.framesForwardKinematics(model, data, q)
-    places = [*(hinge(model, data, joint) for joint in chain), data.oMf[number].translation]
+    places = [
+        *(hinge(model, data, joint) for joint in chain),
+        data.oMf[number].translation,
+        data.oMf[number].act(touching),
+    ]
     links = [float(np.linalg.norm((b - a)[[0, 2]])) for a, b in pairwise(places)]
+    x, y, z = touching.tolist() if links[-1] > _SHANK * sum(links) else (0.0, 0.0, 0.0)
+    if (x, y, z) == (0.0, 0.0, 0.0):
+        links.pop()
     rest = tuple(sum(links[i:]) + _slides(robot, chain[i:], q) for i in range(len(chain)))
-    return Leg(tuple(chain), frame, rest)
+    return Leg(tuple(chain), frame, rest, (x, y, z))
 
 
 def hinge(model: pin.Model, data: pin.Data, joint: int) -> np.ndarray:
@@ -119,7 +143,7 @@ def standing_posture(robot: Robot, legs: Sequence[Leg]) -> np.ndarray:
         rows: list[float] = []
         for leg, sole in zip(legs, soles, strict=True):
             foot = data.oMf[robot.frame_id(leg.frame)]
-            below = (foot.translation - hinge(model, data, leg.joints[0])) / leg.length
+            below = leg.below(robot, data) / leg.length
             rows += [float(below[0]), float(below[2]) + BENT]
             if len(leg.joints) > 2:
                 rows.append(_LEVEL * float(pin.log3(sole.T @ foot.rotation)[1]))

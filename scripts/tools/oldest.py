@@ -6,17 +6,17 @@ import re
 import sys
 from pathlib import Path
 
-LOWEST = re.compile(r'^    "([\w-]+)>=([\w.]+)",$', re.MULTILINE)
+LOWEST = re.compile(r'^    "([\w.-]+)>=([\w.]+)",$', re.MULTILINE)
 
 
 def lowest_versions(project: str) -> list[str]:
-    """Return ``name==version.*`` of every dependency.
+    """Return ``name==version.*`` of every dependency; a version without a second number is that with a zero.
 
     Args:
         project: text of pyproject.toml, with a dependency a line.
     """
     listed = project.partition("\ndependencies = [\n")[2].partition("\n]")[0] + "\n"
-    return [f"{name}=={version}.*" for name, version in LOWEST.findall(listed)]
+    return [f"{name}=={version if '.' in version else version + '.0'}.*" for name, version in LOWEST.findall(listed)]
 
 
 if __name__ == "__main__":

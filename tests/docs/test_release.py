@@ -66,5 +66,7 @@ def test_tests_of_pages_are_those_that_open_a_browser() -> None:
 def test_every_dependency_has_a_lowest_version() -> None:
     """It is the one that the job with the oldest versions installs."""
     project = _read("pyproject.toml")
-    dependencies = re.findall(r'"([\w-]+)>=', project.partition("\ndependencies = [")[2].partition("\n]")[0])
+    listed = project.partition("\ndependencies = [")[2].partition("\n]")[0]
+    dependencies = re.findall(r'^    "([^">]+)>=', listed, re.MULTILINE)
     assert [line.partition("==")[0] for line in lowest_versions(project)] == dependencies
+    assert "ruamel.yaml" in dependencies

@@ -58,6 +58,28 @@ def test_feet_are_found_and_stand(robot: str, tmp_path: Path) -> None:
         assert np.abs(numeric_physics(motion).gaps(state)).max() < 1e-8
 
 
+def test_a_shank_with_a_ball_at_its_end_is_a_leg(tmp_path: Path) -> None:
+    """Where no link is called a foot and the last frame is the knee's, the ball is below the hip, knee bent."""
+    body = '<inertial><mass value="{}"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>'
+    joint = '<axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="40" velocity="20"/>'
+    (tmp_path / "leg.urdf").write_text(
+        f"""<robot name="leg"><link name="trunk">{body.format(3)}</link><link name="thigh">{body.format(0.4)}</link>
+        <link name="shank">{body.format(0.2)}
+        <collision><origin xyz="0 0 -0.2"/><geometry><sphere radius="0.02"/></geometry></collision></link>
+        <joint name="hip" type="revolute"><parent link="trunk"/><child link="thigh"/>{joint}</joint>
+        <joint name="knee" type="revolute"><parent link="thigh"/><child link="shank"/><origin xyz="0 0 -0.2"/>{joint}
+        </joint></robot>""",
+        encoding="utf-8",
+    )
+    _, text = propose_first_task(str(tmp_path / "leg.urdf"), tmp_path, root="sagittal")
+    (tmp_path / "task.yaml").write_text(text, encoding="utf-8")
+    start = load_task(tmp_path / "task.yaml").initial.configuration
+    hip, both = start["hip"], start["hip"] + start["knee"]
+    assert abs(start["knee"]) > 1.0
+    assert 0.2 * (np.sin(hip) + np.sin(both)) == pytest.approx(0.0, abs=0.01)
+    assert 0.2 * (np.cos(hip) + np.cos(both)) == pytest.approx(0.8 * 0.4, abs=0.01)
+
+
 def test_an_arm_reaches_the_ground(tmp_path: Path) -> None:
     """The tip of ur5, which is held in the plane, begins in the air and ends on the ground."""
     motion = _formulated("ur5", tmp_path)
