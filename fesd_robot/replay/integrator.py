@@ -16,6 +16,7 @@ from fesd_robot.recovery import NumericPhysics, SwitchRecord, normal_rows, stack
 from fesd_robot.replay.budget import Budget
 from fesd_robot.replay.contacts import ContactLaw, Contacts, Drift, ReplayNote
 from fesd_robot.replay.dynamics import ContactDynamics, contact_dynamics
+from fesd_robot.replay.end import Replay
 from fesd_robot.replay.event import Event
 from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.mode_motion import ADMISSIBLE, scale_of
@@ -47,29 +48,6 @@ STUCK, TURNED = -1, -2
 
 FARTHEST = 1.0
 """rad or m from the base: tangent coordinates of a body in space have no rate where it has turned round once."""
-
-
-@dataclass(frozen=True)
-class Replay:
-    """Where a motion leads.
-
-    Attributes:
-        configuration, velocity: at the end, (n_q) and (n_v).
-        events: changes of the contacts' modes in time order, after the modes at the start.
-        drift: what was taken out at the start.
-        notes: what is not as it should be; the state is NaN where it could not be integrated.
-        joint_events: changes of joints between sticking and sliding, in time order; their contact is a number of a
-            joint with dry friction.
-        arriving: velocity before what hits within `SAME_EVENT` of the end, (n_v); that at the end if nothing does.
-    """
-
-    configuration: np.ndarray
-    velocity: np.ndarray
-    events: tuple[SwitchRecord, ...]
-    drift: Drift
-    notes: frozenset[ReplayNote]
-    joint_events: tuple[SwitchRecord, ...] = ()
-    arriving: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 def replay_motion(

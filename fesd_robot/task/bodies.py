@@ -114,6 +114,12 @@ class _Body(Section):
                 ("limit_surface",),
                 f"found a limit surface under a body with a root '{self.root}', expected 'sagittal' or 'planar'",
             )
+        twice = [name for name in self.dry_friction or () if name.startswith("root_")]
+        if twice:
+            raise conflict(
+                ("dry_friction", twice[0]),
+                f"found dry friction of '{twice[0]}' beside a limit surface, which has it, expected one of them",
+            )
         return self
 
     @model_validator(mode="after")

@@ -161,6 +161,12 @@ def test_a_crate_breaks_away_as_gauss_says(tmp_path: Path, force: tuple[float, f
         ("root: sagittal", "root: free_flyer", "bodies.crate.limit_surface", "expected 'sagittal' or 'planar'"),
         ("force: 2, ", "", "bodies.crate.limit_surface.force", "this key is missing"),
         ("force: 2", "force: 0", "bodies.crate.limit_surface.force", "found 0, expected"),
+        (
+            "mass: 0.5",
+            "mass: 0.5, dry_friction: {root_x: 1}",
+            "bodies.crate.dry_friction.root_x",
+            "expected one of them",
+        ),
         ("torque: 0.15", "torque: 0.15, length: 1", "bodies.crate.limit_surface.length", "unknown key"),
         (
             "contacts: {}",

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from fesd_robot.recovery.physics import NumericPhysics
+from fesd_robot.replay.end import Replay
 from fesd_robot.replay.impacts import LEAST_REBOUND, impact
-from fesd_robot.replay.integrator import Replay, replay_motion
+from fesd_robot.replay.integrator import replay_motion
 
 from .bodies import GRAVITY, ROD_LENGTH, block, body, disc, rod
 
