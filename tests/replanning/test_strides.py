@@ -91,11 +91,9 @@ def replanner(gait: tuple[Plan, MotionProblem]) -> Replanner:
     return Replanner(gait[0], motion=gait[1])
 
 
-def test_what_one_update_does_not_reach_the_next_ones_do(
-    replanner: Replanner, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """With a step an update a push is too far for the first one; the gait goes on, and later updates begin nearer."""
-    monkeypatch.setattr(replanner, "_iterations", 1)
+def test_what_one_update_does_not_reach_the_next_ones_do(replanner: Replanner, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With two steps an update a push is too far for the first one; the gait goes on, and later ones begin nearer."""
+    monkeypatch.setattr(replanner, "_iterations", 2)
     replanner.reset()
     strides = replanner.strides
     assert strides is not None
