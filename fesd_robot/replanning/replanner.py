@@ -106,7 +106,7 @@ class Replanner:
     A phase begins when its contacts land, or when it is due.
 
     Of a gait, a plan with a periodic goal, some strides are planned; whenever one has passed another one follows. Where
-    an update fails the gait itself goes on, and the next update begins nearer.
+    an update fails the gait itself goes on, and the next update begins nearer, as long as that helps.
 
     Args:
         plan: exact, on a grid that follows the contacts (`method.grid: phases`).
@@ -196,7 +196,7 @@ class Replanner:
         self._point = self._start = horizon.settled
         self._stands = False
         self._phase, self._time = 0, float(horizon.phase_ends(self._point.x)[0])
-        self._begun = self._time
+        self._begun, self._missed = self._time, np.inf
         self._flown = np.zeros(len(self._modes[0]), dtype=bool)
         self._ready = False
 
@@ -329,10 +329,13 @@ class Replanner:
             reason = "a phase would run backwards"
         status = "old" if reason else "changed" if self._changed else "kept"
         found = Update(time, 0.0, 0.0, count, first, violation, beyond, status, reason)
-        if reason:  # a result that came nearer is where the next update begins, once it is good it counts
-            self._start = iterate if violation < first else self._point
+        if reason:  # a result that came nearer than the last one is where the next update begins, until it is good
+            near = min(first, self._missed)
+            self._start = iterate if violation < near else self._point
+            self._missed = violation if violation < near else np.inf
             return self._old(time, reason), found
         self._point = self._start = iterate
+        self._missed = np.inf
         if count == 1:
             horizon.eased(further=False)
         self._changed = False

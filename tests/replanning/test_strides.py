@@ -86,10 +86,32 @@ def test_multipliers_move_with_what_they_belong_to(strides: Strides) -> None:
     assert kept > 0.6 * len(rows)
 
 
-def test_a_gait_goes_on(gait: tuple[Plan, MotionProblem]) -> None:
+@pytest.fixture(scope="module")
+def replanner(gait: tuple[Plan, MotionProblem]) -> Replanner:
+    return Replanner(gait[0], motion=gait[1])
+
+
+def test_what_one_update_does_not_reach_the_next_ones_do(replanner: Replanner, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With two steps an update a push is too far for the first one; the gait goes on, and later ones begin nearer."""
+    monkeypatch.setattr(replanner, "_iterations", 2)
+    replanner.reset()
+    strides = replanner.strides
+    assert strides is not None
+    n_q = len(strides.advance)
+    start = strides.motion.elements[0].x_before
+    statuses = []
+    for _ in range(10):
+        policy = replanner.update(0.0, start[:n_q], start[n_q : 2 * n_q] + 0.1)
+        statuses.append(policy.status)
+        replanner.prepare(0.0)
+    assert statuses[0] == "old"
+    assert statuses[-1] == "kept"
+
+
+def test_a_gait_goes_on(replanner: Replanner) -> None:
     """Five strides in which the robot is where the policy says."""
-    found, motion = gait
-    replanner = Replanner(found, motion=motion)
+    replanner.reset()
+    replanner.statistics.updates.clear()
     strides = replanner.strides
     assert strides is not None
     n_q = len(strides.advance)
