@@ -15,7 +15,7 @@ from scipy import sparse
 
 from fesd_robot.errors import SolverError
 from fesd_robot.native import kkt_library
-from fesd_robot.native.linear_solver import KktSystem
+from fesd_robot.native.linear_solver import RepeatedKktSystem
 from fesd_robot.nlp.nlp import Nlp, NlpNumbers
 
 BARRIER = 1e-4
@@ -24,8 +24,15 @@ BARRIER = 1e-4
 STRENGTH = 1e3
 """Multiplier above which a bound gives way."""
 
-PROXIMITY, STRONGEST = 1e-8, 1e4
-"""Weight of the step, which decides variables on which nothing depends, and the strongest one that is tried."""
+PROXIMITY, WEAK, STRONGEST = 1e-8, 1e-4, 1e4
+"""Weight of the step, which decides variables on which nothing depends; the weakest one that helps where the program
+curves downwards, and the strongest one that is tried."""
+
+STRONGER, WEAKER = 10.0, 3.0
+"""Factors by which that weight grows until it is enough, and shrinks from one matrix to the next."""
+
+SMALLER = 0.85
+"""Order of a KKT matrix as a part of the last one's, from which on it is worth one of its own."""
 
 REGULARISATION = 1e-9
 """Of equality rows, which may depend on each other; it acts on changes of their multipliers only."""
@@ -138,6 +145,7 @@ class RealTimeInteriorPoint:
         self._library = library
         self._set_pattern(nlp)
         self._systems = list[_KktMatrix]()
+        self.proximity = PROXIMITY
         self.analyse(np.zeros(self.size, dtype=bool), np.zeros(0, dtype=int))
 
     def renumber(self, numbers: NlpNumbers) -> None:
@@ -159,11 +167,23 @@ class RealTimeInteriorPoint:
         in_matrix = self._leave_out(passed, left_out)
         self._system = next(each for each in reversed(self._systems) if not in_matrix[~each.kept].any())
 
-    def analyse(self, passed: np.ndarray, left_out: np.ndarray) -> None:
-        """Make a smaller KKT matrix ready for whenever these variables, or more of them, have passed."""
+    def analyse(self, passed: np.ndarray, left_out: np.ndarray) -> bool:
+        """Make a smaller KKT matrix ready for whenever these variables, or more of them, have passed.
+
+        Returns:
+            Whether it is so much smaller than the last one that it was made.
+        """
         in_matrix = self._leave_out(passed, left_out)
+        if self._systems and in_matrix.sum() > SMALLER * self._systems[-1].kept.sum():
+            return False
         self._system = _KktMatrix(self._row, self._column, in_matrix, self.size, self._library)
         self._systems.append(self._system)
+        return True
+
+    def settle(self, iterate: PrimalDual) -> None:
+        """Choose the order of elimination in the KKT matrix for its pivots at an iterate, and keep it."""
+        self.prepare(iterate)
+        self._system.settle()
 
     def _leave_out(self, passed: np.ndarray, left_out: np.ndarray) -> np.ndarray:
         """Take note of what `restrict` fixes and leaves out; return what is left of the KKT matrix, (n + m) of bool."""
@@ -256,29 +276,46 @@ class RealTimeInteriorPoint:
 
     def prepare(self, iterate: PrimalDual) -> None:
         """Evaluate all functions at an iterate, and factorise its KKT matrix."""
-        self._prepared = iterate
-        x, lam = iterate.x, np.zeros(self._all_rows)
+        self._prepared, x, lam = iterate, iterate.x, np.zeros(self._all_rows)
         lam[self._rows] = iterate.lam
-        _, gradient, jacobian, hessian = self._functions
-        self._g = self._values(x)[1].copy()
-        self._gradient = gradient(x, self._p)[1].copy()
-        self._jacobian = jacobian(x, self._p)[-1][self._kept].copy()
-        self._hessian = hessian(x, self._p, 1.0, lam)[0][self._upper_half].copy()
+        self._jacobian = self._evaluate(iterate)
+        self._hessian = self._functions[3](x, self._p, 1.0, lam)[0][self._upper_half].copy()
         self._softness = iterate.inside / iterate.z + iterate.beyond / (self.strength - iterate.z)
         self._weights = self._bounds.spread(1.0 / self._softness, signed=False)
         self._factorise(self._hessian)
 
+    def go_on(self, iterate: PrimalDual) -> None:
+        """Let steps begin at another iterate, with its residuals and with the KKT matrix that is prepared."""
+        self._evaluate(iterate)
+
+    def _evaluate(self, iterate: PrimalDual) -> np.ndarray:
+        """Evaluate what the right-hand side needs at an iterate; return the entries of the Jacobian."""
+        self._at, x = iterate, iterate.x
+        _, gradient, jacobian, _ = self._functions
+        rows, slopes = jacobian(x, self._p)
+        self._g, slopes = rows[self._rows], slopes[self._kept]
+        self._gradient = gradient(x, self._p)[1].copy()
+        pull = np.bincount(self._jacobian_columns, slopes * iterate.lam[self._jacobian_rows], minlength=self.size)
+        self._lagrangian = self._gradient + pull
+        return slopes
+
     def step(self, moved: np.ndarray | None = None) -> Step:
-        """Return the Newton step at the prepared iterate, as far as the bounds allow.
+        """Return the Newton step, as far as the bounds allow, from where the last `prepare` or `go_on` was told.
+
+        Behind `go_on` the matrix is that of another iterate: steps converge linearly, to the same solution.
 
         Args:
             moved: by how much fixed variables move, (n), zero at all others; default: none does.
+
+        Source: Bock, Diehl, Kostina, Schloeder, Constrained optimal feedback control of systems governed by large
+        differential algebraic equations, 2007.
         """
-        own, mu, rho, n = self._prepared, self.barrier, self.strength, self.size
+        own, like, mu, rho, n = self._at, self._prepared, self.barrier, self.strength, self.size
         moved = np.zeros(n) if moved is None else moved
-        centred_inside, centred_beyond = mu / own.z - own.inside, mu / (rho - own.z) - own.beyond
+        centred_inside = (mu - own.inside * own.z) / like.z
+        centred_beyond = (mu - own.beyond * (rho - own.z)) / (rho - like.z)
         pull = self._bounds.spread(own.z + (centred_inside - centred_beyond) / self._softness)
-        of_x = pull[:n] - self._gradient - self._transposed(own.lam)
+        of_x = pull[:n] - self._lagrangian
         of_rows = self._target - self._g - self._product(moved)
         of_rows[self._unequal] += own.slack + (own.lam[self._unequal] + pull[n:]) / self._weights[n:]
         if moved.any():
@@ -293,8 +330,8 @@ class RealTimeInteriorPoint:
         towards = self._bounds.signs * np.concatenate([d, d_slack])[self._bounds.places]
         d_z = (centred_inside - centred_beyond - towards) / self._softness
         d_z[~self._live] = 0.0
-        d_inside = centred_inside - own.inside / own.z * d_z
-        d_beyond = centred_beyond + own.beyond / (rho - own.z) * d_z
+        d_inside = centred_inside - like.inside / like.z * d_z
+        d_beyond = centred_beyond + like.beyond / (rho - like.z) * d_z
         d_inside[~self._live] = d_beyond[~self._live] = 0.0
         share = min(_share(own.inside, d_inside), _share(own.beyond, d_beyond))
         of_multipliers = min(_share(own.z, d_z), _share(rho - own.z, -d_z))
@@ -320,7 +357,7 @@ class RealTimeInteriorPoint:
         share: float,
     ) -> Step | None:
         """Return a longer step, for which bounds give way, if it violates equality rows and bounds less."""
-        own, kept = self._prepared, 1 - TO_BOUNDARY
+        own, kept = self._at, 1 - TO_BOUNDARY
         start = own.x + moved
         nearest, at_start = self._beyond(blocked.x), self._beyond(start)
         z = np.clip(own.z + d_z, kept * own.z, self.strength - kept * (self.strength - own.z))
@@ -395,14 +432,15 @@ class RealTimeInteriorPoint:
         curvature, slopes = hessian.copy(), self._jacobian.copy()
         curvature[self._dead_curvature] = 0.0
         slopes[self._dead_slopes] = 0.0
-        self.proximity = PROXIMITY
+        last = self.proximity
+        self.proximity = last / WEAKER if WEAKER * WEAK < last <= STRONGEST else PROXIMITY
         while True:
             diagonal = self._weights[: self.size] + self.proximity
             diagonal[self.fixed] = 1.0
             negative = self._system.factorise(np.concatenate([curvature, diagonal, slopes, rows]))
             if negative == 0 or self.proximity > STRONGEST:
                 break
-            self.proximity = max(100 * self.proximity, 1e-4)
+            self.proximity = max(STRONGER * self.proximity, WEAK)
         upper, shape = self._upper(curvature), (self._m, self.size)
         jacobian = sparse.csc_matrix((slopes, self._jacobian_rows, self._jacobian_ends), shape=shape)
         self._parts = upper, upper.diagonal(), diagonal, jacobian, rows
@@ -426,9 +464,6 @@ class RealTimeInteriorPoint:
 
     def _product(self, d: np.ndarray) -> np.ndarray:
         return np.bincount(self._jacobian_rows, self._jacobian * d[self._jacobian_columns], minlength=self._m)
-
-    def _transposed(self, lam: np.ndarray) -> np.ndarray:
-        return np.bincount(self._jacobian_columns, self._jacobian * lam[self._jacobian_rows], minlength=self.size)
 
 
 class _Bounds:
@@ -480,13 +515,20 @@ class _KktMatrix:
         place = np.cumsum(kept) - 1
         self._entries = np.flatnonzero(kept[row] & kept[column])
         row, column = place[row[self._entries]], place[column[self._entries]]
-        self._system = KktSystem(row, column, int(kept.sum()), library)
+        self._system = RepeatedKktSystem(row, column, int(kept.sum()), library)
         self._negative = int(kept[size:].sum())
 
-    def factorise(self, values: np.ndarray) -> int:
-        """Return how many negative eigenvalues the matrix has more than rows, 0 if it is convex along these."""
-        _, negative = self._system.factorize(values[self._entries], PIVOT)
-        return negative - self._negative
+    def factorise(self, values: np.ndarray) -> int | None:
+        """Return how many negative eigenvalues the matrix has more than rows, 0 if it is convex along these.
+
+        A singular matrix has None.
+        """
+        negative = self._system.factorize(values[self._entries], PIVOT)
+        return None if negative is None else negative - self._negative
+
+    def settle(self) -> None:
+        """Keep the order of elimination that is best for the pivots of the last factorisation."""
+        self._system.settle()
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Return the solution of the system."""

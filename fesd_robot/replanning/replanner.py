@@ -39,7 +39,10 @@ EXACT = 1e-6
 """Violation of equations at which no further step is made."""
 
 ITERATIONS = 4
-"""Steps of an update, at most."""
+"""Matrices of an update, at most."""
+
+LEAVES = 0.3
+"""Part of a violation that a step leaves at most for another one with the same matrix."""
 
 SHIFTING = 2
 """Steps that follow the time, before the measurement, at most."""
@@ -312,30 +315,38 @@ class Replanner:
         moved[place] = state - predicted
         iterate = solver.step(moved).iterate
         violation, beyond = solver.violation(iterate.x)
-        first, count = violation, 1
+        first, count, matrices, again = violation, 1, 1, True
         if violation > ACCEPTED:
             horizon.eased(further=True)
-        while violation > EXACT and np.isfinite(violation) and count < self._iterations:
-            solver.prepare(iterate)
-            iterate = solver.step().iterate
-            violation, beyond = solver.violation(iterate.x)
-            count += 1
+        while violation > EXACT and np.isfinite(violation) and (again or matrices < self._iterations):
+            if again:
+                solver.go_on(iterate)
+            else:
+                solver.prepare(iterate)
+                matrices += 1
+            found, count = solver.step().iterate, count + 1
+            left, past = solver.violation(found.x)
+            if again and not left < violation:
+                again = False
+                continue
+            again = left <= LEAVES * violation
+            iterate, violation, beyond = found, left, past
         reason = ""
         if not violation <= ACCEPTED:
             reason = f"equations would be violated by {violation:.1g}"
         elif horizon.runs_backwards(iterate.x, self._element):
             reason = "a phase would run backwards"
         status = "old" if reason else "changed" if self._changed else "kept"
-        found = Update(time, 0.0, 0.0, count, first, violation, beyond, status, reason)
+        told = Update(time, 0.0, 0.0, count, first, violation, beyond, status, reason)
         if reason:  # a result that came nearer is where the next update begins, once it is good it counts
             self._start = iterate if violation < first else self._point
-            return self._old(time, reason), found
+            return self._old(time, reason), told
         self._point = self._start = iterate
         if count == 1:
             horizon.eased(further=False)
         self._changed = False
         self._look_for_another(beyond)
-        return self._policy_of(time, status), found
+        return self._policy_of(time, status), told
 
     def _look_for_another(self, beyond: float) -> None:
         """Begin to look for a plan from where this one ends, where its last phase cannot reach the goal."""
@@ -413,7 +424,7 @@ class Replanner:
             shifted = solver.step().iterate
             if not EXACT < solver.violation(shifted.x)[0] <= ACCEPTED:
                 break
-            solver.prepare(shifted)
+            solver.go_on(shifted)
             self._shifted = shifted.x
 
     def _stand(self, time: float) -> None:
