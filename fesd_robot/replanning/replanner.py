@@ -11,6 +11,7 @@ import numpy as np
 from fesd_robot.arguments import checked
 from fesd_robot.contact import ContactMode
 from fesd_robot.errors import OptionError
+from fesd_robot.nlp.real_time import PrimalDual
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, task_of
 from fesd_robot.replanning.another_plan import AnotherPlan, with_goal
@@ -39,13 +40,10 @@ EXACT = 1e-6
 """Violation of equations at which no further step is made."""
 
 ITERATIONS = 4
-"""Matrices of an update, at most."""
+"""KKT matrices of an update, at most."""
 
 LEAVES = 0.3
 """Part of a violation that a step leaves at most for another one with the same matrix."""
-
-SHIFTING = 2
-"""Steps that follow the time, before the measurement, at most."""
 
 AWAY = 1.5
 """Periods by which a measurement may be away from the time that was prepared for; else all is prepared anew."""
@@ -67,7 +65,7 @@ class Update:
     Attributes:
         time: of the measurement, s.
         prepare_seconds, feedback_seconds: before and after it.
-        iterations: steps that were made.
+        iterations: Newton steps that were made with a matrix of their own; further ones with the same do not count.
         first, violation: of equations behind the first and the last step.
         beyond: by how much bounds are violated.
         status, reason: of the policy.
@@ -114,7 +112,8 @@ class Replanner:
     Args:
         plan: exact, on a grid that follows the contacts (`method.grid: phases`).
         period: s between updates.
-        iterations: steps of an update, at most; further ones are made while equations are violated by more than 1e-6.
+        iterations: steps of an update with a KKT matrix of their own, at most; further ones are made while equations
+            are violated by more than 1e-6.
         search: whether another plan is looked for in another process where the last phase of a plan cannot reach the
             goal; `search` follows it from the end of the running one on.
         strides: of a gait that are planned; other plans have none.
@@ -314,35 +313,32 @@ class Replanner:
         moved = np.zeros(solver.size)
         moved[place] = state - predicted
         iterate = solver.step(moved).iterate
-        violation, beyond = solver.violation(iterate.x)
-        first, count, matrices, again = violation, 1, 1, True
-        if violation > ACCEPTED:
-            horizon.eased(further=True)
-        while violation > EXACT and np.isfinite(violation) and (again or matrices < self._iterations):
-            if again:
-                solver.go_on(iterate)
-            else:
+        violation = solver.violation(iterate.x)[0]
+        first, matrices = violation, 1
+        near = not (violation > ACCEPTED and horizon.eased(further=True))
+        while violation > EXACT and np.isfinite(violation):
+            if near:
+                iterate, violation, near = self._followed(iterate, violation)
+            elif matrices < self._iterations:
                 solver.prepare(iterate)
-                matrices += 1
-            found, count = solver.step().iterate, count + 1
-            left, past = solver.violation(found.x)
-            if again and not left < violation:
-                again = False
-                continue
-            again = left <= LEAVES * violation
-            iterate, violation, beyond = found, left, past
+                iterate, before, matrices = solver.step().iterate, violation, matrices + 1
+                violation = solver.violation(iterate.x)[0]
+                near = violation <= LEAVES * before
+            else:
+                break
+        beyond = solver.violation(iterate.x)[1]
         reason = ""
         if not violation <= ACCEPTED:
             reason = f"equations would be violated by {violation:.1g}"
         elif horizon.runs_backwards(iterate.x, self._element):
             reason = "a phase would run backwards"
         status = "old" if reason else "changed" if self._changed else "kept"
-        told = Update(time, 0.0, 0.0, count, first, violation, beyond, status, reason)
+        told = Update(time, 0.0, 0.0, matrices, first, violation, beyond, status, reason)
         if reason:  # a result that came nearer is where the next update begins, once it is good it counts
             self._start = iterate if violation < first else self._point
             return self._old(time, reason), told
         self._point = self._start = iterate
-        if count == 1:
+        if first <= EXACT:
             horizon.eased(further=False)
         self._changed = False
         self._look_for_another(beyond)
@@ -418,14 +414,37 @@ class Replanner:
         horizon.restrict(self._shifted, self._element, whole=self._stands)
         if self._stands:
             horizon.lasts_until(time + STANDING)
-        solver, self._ready = horizon.solver, True
-        solver.prepare(solver.at(self._shifted, self._start))
-        for _ in range(SHIFTING):
-            shifted = solver.step().iterate
-            if not EXACT < solver.violation(shifted.x)[0] <= ACCEPTED:
-                break
-            solver.go_on(shifted)
-            self._shifted = shifted.x
+        self._shift()
+        self._ready = True
+
+    def _shift(self) -> None:
+        """Linearise at the shifted motion, and let it follow the time by a step."""
+        solver = self._horizon.solver
+        begin = solver.at(self._shifted, self._start)
+        solver.prepare(begin)
+        iterate, near = solver.step().iterate, True
+        violation = solver.violation(iterate.x)[0]
+        if violation <= EXACT:  # then the step to the measured state is enough
+            return
+        while near and violation > EXACT:
+            iterate, violation, near = self._followed(iterate, violation)
+        solver.go_on(iterate if violation <= ACCEPTED else begin)
+        if violation <= ACCEPTED:
+            self._shifted = iterate.x
+
+    def _followed(self, iterate: PrimalDual, violation: float) -> tuple[PrimalDual, float, bool]:
+        """Make a step with the matrix that is there; return its end if that violates equations less.
+
+        Returns:
+            Iterate, its violation, and whether another such step is worth it.
+        """
+        solver = self._horizon.solver
+        solver.go_on(iterate)
+        further = solver.step().iterate
+        left = solver.violation(further.x)[0]
+        if left < violation:
+            return further, left, left <= LEAVES * violation
+        return iterate, violation, False
 
     def _stand(self, time: float) -> None:
         """Let the motion rest at its end, for some time from now on."""
