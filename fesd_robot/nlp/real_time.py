@@ -28,8 +28,8 @@ PROXIMITY, WEAK, STRONGEST = 1e-8, 1e-4, 1e4
 """Weight of the step, which decides variables on which nothing depends; the weakest one that helps where the program
 curves downwards, and the strongest one that is tried."""
 
-STRONGER = 100.0
-"""Factor by which that weight grows until it is enough, from a matrix to the next one it begins lower by as much."""
+STRONGER, WEAKER = 10.0, 3.0
+"""Factors by which that weight grows until it is enough, and shrinks from one matrix to the next."""
 
 SMALLER = 0.85
 """Order of a KKT matrix as a part of the last one's, from which on it is worth one of its own."""
@@ -425,8 +425,8 @@ class RealTimeInteriorPoint:
         curvature, slopes = hessian.copy(), self._jacobian.copy()
         curvature[self._dead_curvature] = 0.0
         slopes[self._dead_slopes] = 0.0
-        less = self.proximity / STRONGER
-        self.proximity = less if WEAK <= less <= STRONGEST else PROXIMITY
+        last = self.proximity
+        self.proximity = last / WEAKER if WEAKER * WEAK < last <= STRONGEST else PROXIMITY
         while True:
             diagonal = self._weights[: self.size] + self.proximity
             diagonal[self.fixed] = 1.0

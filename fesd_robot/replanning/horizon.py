@@ -240,18 +240,13 @@ class Horizon:
         solver.strength = STRENGTH * float(iterate.z.max(initial=1.0))
         return self._centred(solver.at(iterate.x, iterate))
 
-    def eased(self, *, further: bool) -> bool:
+    def eased(self, *, further: bool) -> None:
         """Let the barrier be larger, for a step to a state far away, or smaller, for exact bounds.
 
         Args:
             further: whether it is the largest one, or half of what it is.
-
-        Returns:
-            Whether it is another one now.
         """
-        last = self.solver.barrier
-        self.solver.barrier = self.barriers[1] if further else max(self.barriers[0], 0.5 * last)
-        return self.solver.barrier != last
+        self.solver.barrier = self.barriers[1] if further else max(self.barriers[0], 0.5 * self.solver.barrier)
 
     def _centred(self, iterate: PrimalDual) -> PrimalDual:
         for _ in range(SETTLING):

@@ -11,7 +11,7 @@ import numpy as np
 from fesd_robot.arguments import checked
 from fesd_robot.contact import ContactMode
 from fesd_robot.errors import OptionError
-from fesd_robot.nlp.real_time import PrimalDual
+from fesd_robot.nlp.real_time import PROXIMITY
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, task_of
 from fesd_robot.replanning.another_plan import AnotherPlan, with_goal
@@ -44,6 +44,9 @@ ITERATIONS = 4
 
 LEAVES = 0.3
 """Part of a violation that a step leaves at most for another one with the same matrix."""
+
+SHIFTING = 2
+"""Steps that follow the time, before the measurement, at most."""
 
 AWAY = 1.5
 """Periods by which a measurement may be away from the time that was prepared for; else all is prepared anew."""
@@ -192,7 +195,7 @@ class Replanner:
         self._horizon, self._modes = horizon, followed.modes
         self._goal: dict[str, float] = {}
         horizon.with_numbers(horizon.motion.transcription.ocp)
-        horizon.solver.barrier = horizon.barriers[0]
+        horizon.solver.barrier, horizon.solver.proximity = horizon.barriers[0], PROXIMITY
         self._point = self._start = horizon.settled
         self._stands = False
         self._phase, self._time = 0, float(horizon.phase_ends(self._point.x)[0])
@@ -313,36 +316,39 @@ class Replanner:
         moved = np.zeros(solver.size)
         moved[place] = state - predicted
         iterate = solver.step(moved).iterate
-        violation = solver.violation(iterate.x)[0]
-        first, matrices = violation, 1
-        near = not (violation > ACCEPTED and horizon.eased(further=True))
-        while violation > EXACT and np.isfinite(violation):
-            if near:
-                iterate, violation, near = self._followed(iterate, violation)
-            elif matrices < self._iterations:
-                solver.prepare(iterate)
-                iterate, before, matrices = solver.step().iterate, violation, matrices + 1
-                violation = solver.violation(iterate.x)[0]
-                near = violation <= LEAVES * before
+        violation, beyond = solver.violation(iterate.x)
+        first, matrices, again = violation, 1, True
+        if violation > ACCEPTED:
+            horizon.eased(further=True)
+        while violation > EXACT and np.isfinite(violation) and (again or matrices < self._iterations):
+            if again:
+                solver.go_on(iterate)
             else:
-                break
-        beyond = solver.violation(iterate.x)[1]
+                solver.prepare(iterate)
+                matrices += 1
+            step = solver.step().iterate
+            left, past = solver.violation(step.x)
+            if again and not left < violation:
+                again = False
+                continue
+            again = left <= LEAVES * violation
+            iterate, violation, beyond = step, left, past
         reason = ""
         if not violation <= ACCEPTED:
             reason = f"equations would be violated by {violation:.1g}"
         elif horizon.runs_backwards(iterate.x, self._element):
             reason = "a phase would run backwards"
         status = "old" if reason else "changed" if self._changed else "kept"
-        told = Update(time, 0.0, 0.0, matrices, first, violation, beyond, status, reason)
+        found = Update(time, 0.0, 0.0, matrices, first, violation, beyond, status, reason)
         if reason:  # a result that came nearer is where the next update begins, once it is good it counts
             self._start = iterate if violation < first else self._point
-            return self._old(time, reason), told
+            return self._old(time, reason), found
         self._point = self._start = iterate
         if first <= EXACT:
             horizon.eased(further=False)
         self._changed = False
         self._look_for_another(beyond)
-        return self._policy_of(time, status), told
+        return self._policy_of(time, status), found
 
     def _look_for_another(self, beyond: float) -> None:
         """Begin to look for a plan from where this one ends, where its last phase cannot reach the goal."""
@@ -414,37 +420,14 @@ class Replanner:
         horizon.restrict(self._shifted, self._element, whole=self._stands)
         if self._stands:
             horizon.lasts_until(time + STANDING)
-        self._shift()
-        self._ready = True
-
-    def _shift(self) -> None:
-        """Linearise at the shifted motion, and let it follow the time by a step."""
-        solver = self._horizon.solver
-        begin = solver.at(self._shifted, self._start)
-        solver.prepare(begin)
-        iterate, near = solver.step().iterate, True
-        violation = solver.violation(iterate.x)[0]
-        if violation <= EXACT:  # then the step to the measured state is enough
-            return
-        while near and violation > EXACT:
-            iterate, violation, near = self._followed(iterate, violation)
-        solver.go_on(iterate if violation <= ACCEPTED else begin)
-        if violation <= ACCEPTED:
-            self._shifted = iterate.x
-
-    def _followed(self, iterate: PrimalDual, violation: float) -> tuple[PrimalDual, float, bool]:
-        """Make a step with the matrix that is there; return its end if that violates equations less.
-
-        Returns:
-            Iterate, its violation, and whether another such step is worth it.
-        """
-        solver = self._horizon.solver
-        solver.go_on(iterate)
-        further = solver.step().iterate
-        left = solver.violation(further.x)[0]
-        if left < violation:
-            return further, left, left <= LEAVES * violation
-        return iterate, violation, False
+        solver, self._ready = horizon.solver, True
+        solver.prepare(solver.at(self._shifted, self._start))
+        for _ in range(SHIFTING):
+            shifted = solver.step().iterate
+            if not EXACT < solver.violation(shifted.x)[0] <= ACCEPTED:
+                break
+            solver.go_on(shifted)
+            self._shifted = shifted.x
 
     def _stand(self, time: float) -> None:
         """Let the motion rest at its end, for some time from now on."""
