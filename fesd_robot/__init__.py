@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING
 
 from fesd_robot.lazy import lazy_exports
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "CompilationError",
     "DimensionError",

@@ -13,6 +13,7 @@ if [ ! -x .venv/bin/python ]; then
 fi
 stamp=".venv/.installed-$(printf '%s' "${1:-}" | tr -c 'a-z' '-')"
 if [ ! -e "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
+    echo "installing the program and what it needs into $root/.venv; the first time takes half a minute and 1.2 GB" >&2
     .venv/bin/python -m pip install --quiet --disable-pip-version-check -e ".${1:+[$1]}"
     touch "$stamp"
 fi

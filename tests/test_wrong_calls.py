@@ -21,12 +21,12 @@ from tests.wrong_calls import WRONG, Public, public, wrong_calls
 ROOMS = (fesd_robot, dcs, fesd, mpcc, optimal_control)
 
 MADE_BY_PROGRAM = {
-    "AddedRows", "Block", "BlockEquations", "BoundBetween", "BranchBounds", "BranchNlp", "BranchPoint", "BranchSolver",
-    "Certificate", "Clock", "ComplementaritySystem", "Conflict", "CrossComplementarity", "Demand", "Element", "Form",
-    "Impulse", "Jump", "MpccSolution", "NlpReport", "NlpStatus", "Note", "OptimalControlSolution", "PairPolisher",
-    "PathBetween", "Phase", "Plan", "Polisher", "PolishingReport", "RelaxedCost", "RelaxedNlp", "Residuals", "Scheme",
-    "Sensitivity", "Simulation", "StartReport", "StepEquilibration", "StepReport", "SweepTable", "Tableau", "Task",
-    "Trial",
+    "AddedRows", "Attempted", "Block", "BlockEquations", "BoundBetween", "BranchBounds", "BranchNlp", "BranchPoint",
+    "BranchSolver", "Certificate", "Clock", "ComplementaritySystem", "Conflict", "CrossComplementarity", "Demand",
+    "Element", "Form", "Impulse", "Jump", "LeastViolation", "MpccSolution", "NlpReport", "NlpStatus", "Note",
+    "OptimalControlSolution", "PairPolisher", "PathBetween", "Phase", "Plan", "Polisher", "PolishingReport",
+    "RelaxedCost", "RelaxedNlp", "Residuals", "Scheme", "Sensitivity", "Simulation", "StartReport",
+    "StepEquilibration", "StepReport", "SweepTable", "Tableau", "Task", "Trial",
 }  # fmt: skip
 """Values that functions return or take from each other, types, and those that pydantic checks."""
 

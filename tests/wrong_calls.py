@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -131,6 +132,16 @@ def _symbols(n: int) -> dict[str, Any]:
     return {"variables": ca.SX.sym("w", n), "parameters": ca.SX.sym("p", 0)}
 
 
+def _mpcc_file(folder: Path) -> Path:
+    """Write 0 <= w complementary to w >= 0 as files of suites have it."""
+    w = ca.SX.sym("w")
+    same = ca.Function("same", [w], [w]).serialize()
+    file = folder / "mpcc.json"
+    data = {"w0": [1], "lbw": [0], "ubw": [2], "f_fun": same, "G_fun": same, "H_fun": same}
+    file.write_text(json.dumps(data), encoding="utf-8")
+    return file
+
+
 def public(folder: Path) -> Iterator[Public]:
     """Yield everything that users call, with arguments that fit; what is written goes to a folder."""
     task = load_task("published_hopper_one_jump", HASTY)
@@ -144,6 +155,9 @@ def public(folder: Path) -> Iterator[Public]:
     alpha = ca.SX.sym("alpha")
     mathematical = transcription().problem
     w = np.array(mathematical.start)
+    small = mpcc.Mpcc.from_expressions(w=x, f=x, G=x, H=1 - x, start=np.zeros(1))
+    opti = ca.Opti()
+    opti.minimize(opti.variable())
     quick = mpcc.Run(mpcc.HomotopyOptions(max_iterations=1))
     quiet: dict[str, Any] = {"progress": None}
     once = fesd_robot.SweepSettings(jobs=1, resume=True)
@@ -196,6 +210,10 @@ def public(folder: Path) -> Iterator[Public]:
         (mpcc, "solve", {"problem": mathematical, "run": quick}),
         (mpcc, "assemble", {"problem": mathematical, "relaxation": relaxation_named("scholtes")}),
         (mpcc, "certify", {"problem": mathematical, "w": w, "time_limit": 0.1}),
+        (mpcc, "solve_by_attempts", {"problem": small, "run": quick, "attempts": mpcc.ATTEMPTS[:1]}),
+        (mpcc, "Attempt", {"name": "slow"}),
+        (mpcc, "read_casadi_json", {"file": _mpcc_file(folder)}),
+        (mpcc, "from_opti", {"opti": opti, "pairs": [(opti.x, 1 - opti.x)]}),
         (mpcc, "HomotopyOptions", {}),
         (mpcc, "PolishingLimits", {"iterations": 3, "updates": 3}),
         (mpcc, "Run", {}),

@@ -31,20 +31,20 @@ def examples(
         list[str] | None,
         typer.Argument(
             metavar="[NAME ...]",
-            help="Tasks or models to copy, a task with the models and files that it needs.",
+            help="Tasks, sweeps or models to copy, a task with the models and files that it needs.",
             autocompletion=_names_beginning_with,
             show_default=False,
         ),
     ] = None,
     everything: Annotated[bool, typer.Option("--all", help="Copy all of them.")] = False,
     out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Folder for the copies, which go to tasks/ and models/ in it.")
+        Path, typer.Option("--out", metavar="DIR", help="Folder for the copies: tasks/, sweeps/, models/.")
     ] = Path(),
     force: Annotated[bool, typer.Option("--force", help="Replace files that have another content.")] = False,
 ) -> None:
-    """List the tasks and models that come with the program, or copy some of them to change them.
+    """List the tasks, sweeps and models that come with the program, or copy some of them to change them.
 
-    `plan` and `check` take the name of such a task without a copy: fesd-robot plan hopper_one_jump
+    `plan` and `check` take the name of such a task, `sweep` that of such a sweep: fesd-robot plan hopper_one_jump
     """
     from fesd_robot.examples import copy_examples, shipped_examples
 
@@ -59,11 +59,12 @@ def examples(
 
     written = copy_examples(names or [], out, schema=SCHEMA_FILE.read_bytes(), overwrite=force)
     typer.echo("\n".join(f"written: {path}" for path in written))
-    tasks = [path for path in written if path.suffix == ".yaml"]
-    if tasks:
-        simulated = {example.name for example in shipped_examples() if example.simulated}
-        command = "simulate" if tasks[0].stem in simulated else "check"
-        typer.echo(f"\nNext: fesd-robot {command} {tasks[0]}")
+    told = [path for path in written if path.suffix == ".yaml"]
+    if told:
+        commands = {example.name: "simulate" for example in shipped_examples() if example.simulated}
+        commands |= {example.name: "sweep" for example in shipped_examples() if example.kind == "sweep"}
+        first = min(told, key=lambda path: path.stem in commands)
+        typer.echo(f"\nNext: fesd-robot {commands.get(first.stem, 'check')} {first}")
 
 
 def _listed(shipped: Sequence[Example]) -> list[str]:
@@ -71,8 +72,12 @@ def _listed(shipped: Sequence[Example]) -> list[str]:
     columns = min(shutil.get_terminal_size().columns, _MOST_COLUMNS)
     lines: list[str] = []
     kinds = {
-        "Tasks (fesd-robot plan NAME):": [each for each in shipped if each.kind == "task" and not each.simulated],
+        "Tasks (fesd-robot plan NAME):": [
+            each for each in shipped if each.kind == "task" and not each.simulated and not each.public
+        ],
+        "Tasks of other planners (fesd-robot plan NAME):": [each for each in shipped if each.public],
         "Tasks without controls (fesd-robot simulate NAME):": [each for each in shipped if each.simulated],
+        "Sweeps (fesd-robot sweep NAME):": [each for each in shipped if each.kind == "sweep"],
         "Models:": [each for each in shipped if each.kind == "model"],
     }
     for title, examples_of_kind in kinds.items():

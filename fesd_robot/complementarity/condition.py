@@ -77,6 +77,12 @@ class Complementarity:
         rate_share: H is a share of the clock's rate: with those of the other conditions of its label's joint it adds
             up to that rate, by a row of the system. Where a complement vanishes the clock stands still, and all shares
             vanish whatever G is.
+        idle: algebraic variables that a smooth problem holds at zero where the clock stands still, and where the
+            condition then means nothing; empty if it has a meaning there.
+        vanishes_at_rest: of a condition that rest implies: an algebraic variable that a smooth problem holds at zero
+            where rest begins, in place of G; None if it holds the slope of G there.
+        only_at_rest: of a condition that rest implies: a smooth problem holds nothing of it but that slope, because
+            others imply it elsewhere.
 
     Raises:
         DimensionError: a factor that is not a scalar.
@@ -100,6 +106,9 @@ class Complementarity:
     implied_by: tuple[tuple[str, ActiveFactor], ...] = ()
     spare: ca.SX | None = None
     rate_share: bool = False
+    idle: tuple[ca.SX, ...] = ()
+    vanishes_at_rest: ca.SX | None = None
+    only_at_rest: bool = False
 
     def __post_init__(self) -> None:
         for name, factor in (("G", self.G), ("H", self.H), ("complement", self.complement), ("spare", self.spare)):

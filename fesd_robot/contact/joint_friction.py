@@ -24,7 +24,8 @@ def with_dry_friction(contact_system: ContactSystem, dynamics: MultibodyDynamics
 
     between all points of a finite element, and the force is -F (pi_+ - pi_-) / theta_ODE. Where v stays zero, that
     determines the shares: the joint sticks with any |tau_f| <= F. While the clock stands still both shares vanish: the
-    force is bounded, so that it has no impulse, and an impact may turn the motion of a joint round.
+    force is bounded, so that it has no impulse, and an impact may turn the motion of a joint round. Coordinates of a
+    limit surface are left to `limit_surface.with_limit_surfaces`.
 
     Args:
         contact_system: in the multiplier form, without dry friction of joints.
@@ -33,7 +34,9 @@ def with_dry_friction(contact_system: ContactSystem, dynamics: MultibodyDynamics
     Source: Filippov's convexification, as for the friction of a contact (Nurkanovic et al., arXiv 2111.06759); the
     shares of the clock's rate are ours.
     """
-    rows = [i for i, limit in enumerate(dynamics.dry_friction_limits) if limit > 0]
+    shared = {name for names in dynamics.limit_surfaces.values() for name in names}
+    limits = zip(dynamics.velocity_names, dynamics.dry_friction_limits, strict=True)
+    rows = [i for i, (name, limit) in enumerate(limits) if limit > 0 and name not in shared]
     if not rows:
         return contact_system
     system, count = contact_system.system, len(rows)

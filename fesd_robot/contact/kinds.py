@@ -16,6 +16,10 @@ FRICTION_ACROSS_SLIDING = "friction across sliding"
 FRICTION_WITH_SLIDING = "friction with sliding"
 """In space instead of `FRICTION_ALONG_SLIDING`."""
 
+SLIDING_INSIDE_SURFACE = "sliding inside the limit surface"
+FRICTION_AGAINST_SLIDING = "friction against sliding"
+"""Of objects that rub on a table."""
+
 LEFTWARDS, RIGHTWARDS = "leftwards", "rightwards"
 
 DIRECTIONS = ((FORWARDS, BACKWARDS), (LEFTWARDS, RIGHTWARDS))

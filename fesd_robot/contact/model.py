@@ -27,6 +27,8 @@ class MultibodyDynamics:
         configuration_names, velocity_names, control_names: one name an entry.
         dry_friction: velocity coordinate -> limit F of its dry friction, N or N m, greater than 0; those not listed
             have none. The force -F Sgn(v) is no part of `force`.
+        limit_surfaces: name -> velocity coordinates whose dry friction is bounded by one ellipsoid with their limits
+            for its axes, instead of each by its own limit.
     """
 
     configuration: ca.SX
@@ -39,6 +41,14 @@ class MultibodyDynamics:
     velocity_names: Sequence[str]
     control_names: Sequence[str]
     dry_friction: Mapping[str, float] = field(default_factory=dict)
+    limit_surfaces: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    @property
+    def dry_friction_units(self) -> dict[str, tuple[str, ...]]:
+        """Name of a joint with dry friction of its own, or of a limit surface -> its velocity coordinates."""
+        shared = {name for names in self.limit_surfaces.values() for name in names}
+        alone = {name: (name,) for name in self.velocity_names if name in self.dry_friction and name not in shared}
+        return {**alone, **{name: tuple(names) for name, names in self.limit_surfaces.items()}}
 
     @property
     def dry_friction_limits(self) -> np.ndarray:

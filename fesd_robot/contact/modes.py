@@ -16,6 +16,7 @@ from fesd_robot.contact.kinds import (
     FRICTION_ALONG_SLIDING,
     MOTION_DURING_IMPACT,
     SLIDING_INSIDE_CONE,
+    SLIDING_INSIDE_SURFACE,
 )
 from fesd_robot.contact.steps import GAP, NORMAL_VELOCITY, STEPS, TANGENTIAL_VELOCITY
 from fesd_robot.dcs import ABOVE, ABOVE_LAW, BELOW, IMPACT_LAW
@@ -128,7 +129,7 @@ def _factor(condition: Complementarity, mode: ContactMode) -> ActiveFactor:
         return ActiveFactor.G if condition.implied_by else ActiveFactor.H
     if mode.hits and condition.complement is not None:
         return ActiveFactor.COMPLEMENT
-    if label.kind == SLIDING_INSIDE_CONE:
+    if label.kind in (SLIDING_INSIDE_CONE, SLIDING_INSIDE_SURFACE):
         return ActiveFactor.G if mode.running is ContactMode.STICK else ActiveFactor.H
     own = {FORWARDS: ContactMode.SLIP_FORWARDS, BACKWARDS: ContactMode.SLIP_BACKWARDS}.get(label.subject)
     along = label.kind in (FRICTION_ALONG_SLIDING, FRICTION_AFTER_IMPACT, FRICTION_ALONG_MOTION)
@@ -160,7 +161,9 @@ def acting_impulses(branch: Branch, element: int) -> dict[str, bool]:
 
 
 def joint_modes(branch: Branch, element: int) -> dict[str, ContactMode]:
-    """Return name of every velocity coordinate with dry friction -> stick or a direction of slip in a finite element.
+    """Return name of every velocity coordinate with dry friction, and of every limit surface -> its mode in an element.
+
+    It sticks or slips, a coordinate of its own in a direction.
 
     In an element in which a contact is in impact the mode means nothing: dry friction has no impulse.
 
@@ -172,6 +175,9 @@ def joint_modes(branch: Branch, element: int) -> dict[str, ContactMode]:
 
 
 def _joint_mode(active: Active) -> ContactMode:
+    inside = [factor for (kind, _), factor in active.items() if kind == SLIDING_INSIDE_SURFACE]
+    if inside:
+        return ContactMode.SLIP if inside[0] is ActiveFactor.H else ContactMode.STICK
     if active[FRICTION_ALONG_MOTION, FORWARDS] is ActiveFactor.H:
         return ContactMode.SLIP_FORWARDS
     if active[FRICTION_ALONG_MOTION, BACKWARDS] is ActiveFactor.H:

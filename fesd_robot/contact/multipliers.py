@@ -18,6 +18,7 @@ from fesd_robot.contact.freezing import (
 )
 from fesd_robot.contact.joint_friction import with_dry_friction
 from fesd_robot.contact.kinds import FORCE_AT_A_DISTANCE
+from fesd_robot.contact.limit_surface import with_limit_surfaces
 from fesd_robot.contact.model import (
     STICKING_MARGIN,
     AuxiliaryMultipliers,
@@ -119,7 +120,8 @@ def multiplier_contact_system(
         integrated_gap=True,
         gap_lower=0.0,
     )
-    return limit_slip_distances(with_dry_friction(contact_system, dynamics), dynamics, contacts)
+    with_friction = with_limit_surfaces(with_dry_friction(contact_system, dynamics), dynamics)
+    return limit_slip_distances(with_friction, dynamics, contacts)
 
 
 class _Lifted(NamedTuple):

@@ -1,4 +1,4 @@
-"""Copies of the tasks and models that come with the program, to be changed by their user."""
+"""Copies of the tasks, sweeps and models that come with the program, to be changed by their user."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ _SHOWN = 3
 
 
 def copy_examples(names: Sequence[str], out: Path, *, schema: bytes, overwrite: bool = False) -> list[Path]:
-    """Copy tasks with every file that they name, and models, into the folders `tasks` and `models` of another folder.
+    """Copy tasks with every file that they name, sweeps and models into folders of these names in another folder.
 
-    All relative paths in the copies hold. Nothing is written if a file would be lost.
+    A sweep goes alone where it names a task of the program, and with its task where it names a file. All relative paths
+    in the copies hold. Nothing is written if a file would be lost.
 
     Args:
-        names: of tasks or models; none stands for all.
+        names: of tasks, sweeps or models; none stands for all.
         out: folder for the copies.
         schema: content of the JSON schema of tasks.
         overwrite: whether files with another content may be replaced.
@@ -68,12 +69,23 @@ def _contents(example: Example, schema: bytes) -> Iterator[tuple[Path, bytes]]:
     if example.kind == "model":
         yield from ((file.relative_to(folder), file.read_bytes()) for file in _files_below(example.path))
         return
-    text = example.path.read_text(encoding="utf-8")
+    if example.kind == "sweep":
+        yield example.path.relative_to(folder), example.path.read_bytes()
+        told = YAML(typ="safe", pure=True).load(example.path.read_text(encoding="utf-8"))
+        for named in _named_files(told, example.path.parent):
+            yield from _of_task(named, schema)
+        return
+    yield from _of_task(example.path, schema)
+
+
+def _of_task(file: Path, schema: bytes) -> Iterator[tuple[Path, bytes]]:
+    """Yield a task file and every file that it names, relative to the folder of the examples, with its content."""
+    folder, text = shipped_folder(), file.read_text(encoding="utf-8")
     yield Path(TASKS) / SCHEMA, schema
-    place = example.path.relative_to(folder)
+    place = file.relative_to(folder)
     schema_there = os.path.relpath(Path(TASKS) / SCHEMA, place.parent)
     yield place, _SCHEMA_LINE.sub(rf"\g<1>{schema_there}", text, count=1).encode()
-    for named in _named_files(YAML(typ="safe", pure=True).load(text), example.path.parent):
+    for named in _named_files(YAML(typ="safe", pure=True).load(text), file.parent):
         # A model comes with what lies beside it, as its meshes.
         in_models = named.is_relative_to(folder / MODELS)
         files = _files_below(named.parent) if in_models else [named]

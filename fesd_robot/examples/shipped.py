@@ -1,9 +1,9 @@
-"""The tasks and models that come with the program, by name."""
+"""The tasks, sweeps and models that come with the program, by name."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -16,6 +16,9 @@ TASKS, MODELS, SWEEPS = "tasks", "models", "sweeps"
 SIMULATED = "simulated"
 """Folder below that of the tasks, of those without controls."""
 
+PUBLIC = "public"
+"""Folder below that of the tasks, of those of other planners."""
+
 _SUFFIX = ".yaml"
 
 ROBOT_DATA = "example-robot-data:"
@@ -24,23 +27,25 @@ ROBOT_DATA = "example-robot-data:"
 
 @dataclass(frozen=True)
 class Example:
-    """A task or a model that comes with the program.
+    """A task, a sweep or a model that comes with the program.
 
     Attributes:
-        name: of the task, or of the model's folder.
+        name: of the task or the sweep, or of the model's folder.
         kind: what it is.
-        path: its task file, or the model's folder.
+        path: its file, or the model's folder.
         words: what it does, one sentence; what the model is.
         needs_robot_data: whether its robot is one of the package example-robot-data.
         simulated: whether it is a task of a robot without controls, which is simulated and not planned.
+        public: whether it is a task of another planner.
     """
 
     name: str
-    kind: Literal["task", "model"]
+    kind: Literal["task", "sweep", "model"]
     path: Path
     words: str
     needs_robot_data: bool = False
     simulated: bool = False
+    public: bool = False
 
 
 def shipped_folder() -> Path:
@@ -57,11 +62,12 @@ def shipped_folder() -> Path:
 
 
 def shipped_examples() -> list[Example]:
-    """Return the tasks, those to be simulated last, then the models that come with the program, each kind by name."""
-    folder = shipped_folder()
-    tasks = [_task(file) for place in ("", SIMULATED) for file in sorted((folder / TASKS / place).glob("*.yaml"))]
+    """Return the tasks, then those of others and those to simulate, the sweeps and the models, each kind by name."""
+    folder, places = shipped_folder(), ("", PUBLIC, SIMULATED)
+    tasks = [_task(file) for place in places for file in sorted((folder / TASKS / place).glob("*.yaml"))]
+    sweeps = [_sweep(file, tasks) for file in shipped_sweeps().values()]
     models = [_model(each) for each in sorted((folder / MODELS).iterdir()) if each.is_dir()]
-    return [*tasks, *models]
+    return [*tasks, *sweeps, *models]
 
 
 def examples_by_name() -> dict[str, Example]:
@@ -112,7 +118,7 @@ def find_sweep(given: str | Path) -> Path:
     path = _path(given, "sweep")
     if path.is_file() or path.suffix or path.name != str(given):
         return path
-    return _named(str(given), shipped_sweeps(), "sweep", "that comes with the program")
+    return _named(str(given), shipped_sweeps(), "sweep", "that `fesd-robot examples` lists")
 
 
 def _path(given: str | Path, kind: str) -> Path:
@@ -134,12 +140,22 @@ def _named(name: str, files: Mapping[str, Path], kind: str, which: str) -> Path:
 
 def _task(file: Path) -> Example:
     text = file.read_text(encoding="utf-8")
-    simulated = file.parent.name == SIMULATED
-    return Example(file.stem, "task", file, _first_sentence(text), f"model: {ROBOT_DATA}" in text, simulated)
+    simulated, public = (file.parent.name == place for place in (SIMULATED, PUBLIC))
+    words = _first_sentence(text).partition(" Source: ")[0]
+    return Example(file.stem, "task", file, words, f"model: {ROBOT_DATA}" in text, simulated, public)
+
+
+def _sweep(file: Path, tasks: Sequence[Example]) -> Example:
+    text = file.read_text(encoding="utf-8")
+    needing = any(
+        task.needs_robot_data and re.search(rf"^task: (.*/)?{task.name}(\.yaml)?$", text, re.MULTILINE)
+        for task in tasks
+    )
+    return Example(file.stem, "sweep", file, _first_sentence(text), needing)
 
 
 def _first_sentence(text: str) -> str:
-    """Return the first paragraph of the comment at the top of a task file, without the line that is for editors."""
+    """Return the first paragraph of the comment at the top of a file, without the line that is for editors."""
     lines: list[str] = []
     for line in text.splitlines():
         words = line.removeprefix("#").strip()

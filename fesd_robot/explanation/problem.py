@@ -19,13 +19,14 @@ from fesd_robot.explanation.descriptions import (
     described_standing,
     described_waypoints,
 )
+from fesd_robot.explanation.forces import described_forces
 from fesd_robot.explanation.space import described_space
 from fesd_robot.explanation.table import indented
 from fesd_robot.explanation.warnings import reference_gaps, task_warnings
 from fesd_robot.mpcc import Mpcc
 from fesd_robot.ocp import TOUCHING, MotionProblem, ground_of, homotopy_options, numeric_physics
 from fesd_robot.orientations import with_angles
-from fesd_robot.robot import Robot, deviation_units, velocity_units
+from fesd_robot.robot import deviation_units, velocity_units
 from fesd_robot.task import (
     GROUND,
     CircleBoxContact,
@@ -128,9 +129,7 @@ def _robot(motion: MotionProblem) -> list[str]:
         *indented(rows),
         *indented(velocity_rows),
         *armature,
-        *_damping(robot),
-        *_springs(robot),
-        *_dry_friction(robot),
+        *described_forces(robot),
         *described_limits(motion),
         *_shapes(motion),
     ]
@@ -153,20 +152,6 @@ def _reduction(section: RobotSection) -> list[str]:
         *([f"Locked: {listed(section.locked)} (rad or m)."] if section.locked else []),
         *([f"Coupled, as one body each: {pairs}."] if pairs else []),
     ]
-
-
-def _damping(robot: Robot) -> list[str]:
-    values = {name: d for name, d in zip(robot.velocity_names, robot.model.damping, strict=True) if d > 0}
-    return [f"Damping: {listed(values)} (N s/m or N m s/rad)."] if values else []
-
-
-def _springs(robot: Robot) -> list[str]:
-    values = [f"{robot.velocity_names[v]} {stiffness:g} from {rest:g}" for v, _, stiffness, rest in robot.springs]
-    return [f"Springs: {', '.join(values)} (N/m from m, or N m/rad from rad)."] if values else []
-
-
-def _dry_friction(robot: Robot) -> list[str]:
-    return [f"Dry friction: {listed(robot.dry_friction)} (N or N m)."] if robot.dry_friction else []
 
 
 def _shapes(motion: MotionProblem) -> list[str]:

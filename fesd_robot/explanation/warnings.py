@@ -128,7 +128,8 @@ def _floating_at_the_start(motion: MotionProblem) -> Iterator[str]:
     """Say at which height a robot stands that touches nothing and is just above the ground."""
     physics, ends = numeric_physics(motion), motion.endpoints
     gaps = physics.gaps(ends.initial_configuration)
-    heights = _standing_heights(motion, gaps) if gaps.min(initial=np.inf) > TOUCHING else {}
+    falls = motion.robot.model.gravity.linear[2] < 0
+    heights = _standing_heights(motion, gaps) if falls and gaps.min(initial=np.inf) > TOUCHING else {}
     if not heights:
         return
     height, first = max(heights.values()), max(heights, key=lambda i: heights[i])

@@ -113,11 +113,17 @@ def mujoco_scene(
 
     Raises:
         OptionError: a factor that is not positive.
-        RobotError: a robot that MuJoCo cannot have; the message has its words and the file.
+        RobotError: a robot that MuJoCo cannot have; the message has its words and the file. A limit surface, which it
+            does not know.
     """
     for name, factor in (("mass", mass), ("friction", friction)):
         if not 0.0 < factor < np.inf:
             raise OptionError(f"{name}: found the factor {factor:g}, expected a number greater than 0")
+    if motion.robot.limit_surfaces:
+        raise RobotError(
+            f"{motion.task.name}: found a limit surface ({', '.join(motion.robot.limit_surfaces)}), expected none: "
+            "MuJoCo does not know them"
+        )
     bounces = any(restitution_of(motion.task, name) for name in motion.scene.geometries)
     time_step = BOUNCING_TIME_STEP if bounces else TIME_STEP
     spec = mujoco.MjSpec()

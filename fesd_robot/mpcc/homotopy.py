@@ -254,7 +254,7 @@ class _Homotopy:
             self._point = result.point
             without_slack = self._elastic and self._slacks_are_zero()
             completed = self._steps.is_last(sigmas) or without_slack
-            if self._branch_nlp and (completed or (not self._elastic and sigmas[0] != polished_at)):
+            if self._branch_nlp and sigmas[0] != polished_at and (completed or self._is_readable()):
                 polished_at = sigmas[0]
                 self._polish(self._branch_nlp, sigmas[0])
                 if self._polished.exact or self._status.ended_early:
@@ -274,6 +274,10 @@ class _Homotopy:
         """Whether the slacks of the last NLP are zero and its products small."""
         slack = self._point.x[self._problem.size :].max(initial=0.0)
         return bool(slack <= self._options.tolerance) and self._is_feasible(self._reports[-1].residuals)
+
+    def _is_readable(self) -> bool:
+        """Whether the last NLP, which has converged, may show its branch: with slacks, if its products are small."""
+        return not self._elastic or self._reports[-1].residuals.complementarity <= self._options.polish_at
 
     def _nlp_at(self, sigmas: Sigmas, loose: bool, near: bool = False) -> NlpResult | None:
         """Solve the NLP at these sigmas, near to those before or not, twice if it fails; None when the time is over."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -13,6 +16,21 @@ from fesd_robot.errors import SolverError
 from fesd_robot.nlp.nlp import Hopeless, Iterate, Nlp, NlpNumbers, NlpPoint, NlpResult
 from fesd_robot.nlp.status import NlpStatus
 from fesd_robot.running import Stop
+
+_OVERCONSTRAINED = "NLP is overconstrained"
+"""What CasADi warns of where a branch has more equations than variables; how it ends is told by the status."""
+
+
+@contextlib.contextmanager
+def _without_warning() -> Iterator[None]:
+    """Leave out that warning of CasADi's, which no option prevents; all else on stderr is written at the end."""
+    written = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(written):
+            yield
+    finally:
+        kept = [line for line in written.getvalue().splitlines(keepends=True) if _OVERCONSTRAINED not in line]
+        sys.stderr.write("".join(kept))
 
 
 class IterationCallback(ca.Callback):
@@ -111,11 +129,13 @@ class CasadiSolver:
 
         asked = stop is not None or seconds is not None or hopeless is not None
         self._callback.ends = ends if asked else None
+        equations = int((numbers.g_lower == numbers.g_upper).sum())
         try:
-            result = self._solver(
-                x0=start.x, lam_x0=start.lam_x, lam_g0=start.lam_g, p=numbers.p,
-                lbx=numbers.lower, ubx=numbers.upper, lbg=numbers.g_lower, ubg=numbers.g_upper,
-            )  # fmt: skip
+            with _without_warning() if equations > len(numbers.lower) else contextlib.nullcontext():
+                result = self._solver(
+                    x0=start.x, lam_x0=start.lam_x, lam_g0=start.lam_g, p=numbers.p,
+                    lbx=numbers.lower, ubx=numbers.upper, lbg=numbers.g_lower, ubg=numbers.g_upper,
+                )  # fmt: skip
         except RuntimeError as error:
             raise self._failed(error) from error
         finally:

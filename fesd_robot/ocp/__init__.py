@@ -20,6 +20,7 @@ __all__ = [
     "build_actuation",
     "columns_of_csv",
     "conflict_of",
+    "contact_images",
     "endpoints_of",
     "formulate",
     "friction_of",
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
         physical_motion,
         with_hard_goal,
     )
+    from fesd_robot.ocp.mirror import contact_images
     from fesd_robot.ocp.reference_file import columns_of_csv, is_plan
     from fesd_robot.ocp.reference_types import reference_of
     from fesd_robot.ocp.scene import friction_of, ground_of, restitution_of, scene_of, solid_of, surfaces_of
@@ -95,6 +97,7 @@ else:
             ],
             "fesd_robot.ocp.default_costs": ["apex_in_place"],
             "fesd_robot.ocp.default_tolerances": ["with_default_tolerances"],
+            "fesd_robot.ocp.mirror": ["contact_images"],
             "fesd_robot.ocp.reference_file": ["columns_of_csv", "is_plan"],
             "fesd_robot.ocp.reference_types": ["reference_of"],
             "fesd_robot.ocp.scene": [

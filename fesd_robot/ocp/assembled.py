@@ -11,7 +11,7 @@ from fesd_robot.contact import Scene
 from fesd_robot.errors import FesdRobotError
 from fesd_robot.ocp.contact_places import with_contact_frames
 from fesd_robot.ocp.formulation import MotionProblem
-from fesd_robot.ocp.free_bodies import joint_values, scale_of, with_bodies, without_dry_friction
+from fesd_robot.ocp.free_bodies import joint_values, limit_surfaces_of, scale_of, with_bodies, without_dry_friction
 from fesd_robot.plans import (
     Audit,
     Outcome,
@@ -35,6 +35,7 @@ from fesd_robot.robot import (
     square_placements,
     velocity_units,
     with_joint_properties,
+    with_limit_surfaces,
 )
 
 logger = logging.getLogger(__name__)
@@ -199,6 +200,7 @@ def _full_robot(motion: MotionProblem) -> Robot:
     full = load_scaled(task.locate_model(), scale_of(section), root=section.root, search_path=task.folder)
     full = with_bodies(task, without_dry_friction(section, full), locked=False)
     full = with_contact_frames(task, full)
-    return with_joint_properties(
+    full = with_joint_properties(
         full, armature=shared(armature), damping=shared(damping), dry_friction=shared(friction)
     )
+    return with_limit_surfaces(full, limit_surfaces_of(task))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from fesd_robot.exactness import LAST_BITS
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.rolling import Rolling
 from fesd_robot.ocp.vectors import endpoints_of
@@ -100,7 +101,8 @@ def scales_of(task: Task, robot: Robot) -> RobotScales:
             if (root := _root_of(model, frame.parentJoint)) in centers:
                 place = data.oMf[robot.frame_id(name)].translation
                 reached.append(float(np.linalg.norm(place - centers[root])) + radius)
-    length = max(reached, default=0.0) or 1.0
+    farthest = max(reached, default=0.0)
+    length = farthest if farthest > LAST_BITS else 1.0  # all of it is in one place
     mass = pin.computeTotalMass(model) or 1.0
     if not all(1 / LARGEST < size < LARGEST for size in (length, mass)):
         raise task.error(

@@ -35,7 +35,7 @@ from fesd_robot.ocp.start import check_above_ground, closed_at_start, touching_a
 from fesd_robot.ocp.targets import check_targets
 from fesd_robot.ocp.timing import TimeGrid, time_grid
 from fesd_robot.ocp.vectors import Endpoints, StateLimits, endpoints_of, limits_of
-from fesd_robot.robot import Robot
+from fesd_robot.robot import STANDARD_GRAVITY, Robot
 from fesd_robot.task import COST_TERMS, GROUND, KeyPath, Task
 
 AUTOMATIC_AUXILIARY_FORCE = 10.0
@@ -333,7 +333,8 @@ def _auxiliary_force(task: Task, robot: Robot) -> float:
     chosen = task.method.auxiliary_force
     if chosen != "auto":
         return float(chosen)
-    weight = pin.computeTotalMass(robot.model) * float(np.linalg.norm(robot.model.gravity.linear))
+    gravity = float(np.linalg.norm(robot.model.gravity.linear)) or STANDARD_GRAVITY
+    weight = pin.computeTotalMass(robot.model) * gravity
     if not task.contacts:
         return 1.0  # N; nothing pushes with it
     if weight <= 0:

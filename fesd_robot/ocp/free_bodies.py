@@ -9,6 +9,8 @@ import numpy as np
 
 from fesd_robot.errors import JointError, RobotError
 from fesd_robot.robot import (
+    PLANAR_VELOCITY_NAMES,
+    SAGITTAL_NAMES,
     Robot,
     UniformSolid,
     ball,
@@ -17,6 +19,7 @@ from fesd_robot.robot import (
     cylinder,
     load_robot,
     name_on,
+    with_gravity,
     with_joint_properties,
 )
 from fesd_robot.robot.scaled import ModelScale
@@ -24,9 +27,14 @@ from fesd_robot.robot.simple_body import simple_body
 from fesd_robot.task import AXES, BallBody, BoxBody, CylinderBody, ModelBody, Task
 from fesd_robot.task import Robot as RobotSection
 
+LIMIT_SURFACE = "limit_surface"
+"""Name of the limit surface under a body, behind the body's own."""
+
 
 def with_bodies(task: Task, robot: Robot, *, locked: bool = True, floating: bool = False) -> Robot:
     """Return a task's robot with the task's bodies beside it, without the properties that it gives to their joints.
+
+    All fall with the task's gravity, if it gives one.
 
     Args:
         task: names bodies with their roots.
@@ -38,6 +46,9 @@ def with_bodies(task: Task, robot: Robot, *, locked: bool = True, floating: bool
         TaskError: a model that cannot be read, a joint that cannot be locked, or a name that the robot has, too.
     """
     bodies = {name: _body(task, name, locked, floating) for name in task.bodies}
+    if task.gravity is not None:
+        robot = with_gravity(robot, task.gravity)
+        bodies = {name: with_gravity(body, task.gravity) for name, body in bodies.items()}
     places = {
         name: np.array([0.0 if floating and body.root != "fixed" else body.position.get(axis, 0.0) for axis in AXES])
         for name, body in task.bodies.items()
@@ -60,6 +71,22 @@ def joint_values(task: Task, key: str) -> dict[str, float]:
     for name, body in task.bodies.items():
         values |= {name_on(name, joint): value for joint, value in _said(body, key).items()}
     return values
+
+
+def limit_surfaces_of(task: Task) -> dict[str, dict[str, float]]:
+    """Return the limit surfaces under the bodies of a task.
+
+    Returns:
+        name -> name of a velocity coordinate -> largest friction along it alone, N or N m: two forces and a torque.
+    """
+    surfaces = {}
+    for name, body in task.bodies.items():
+        if body.limit_surface is not None:
+            force, torque = body.limit_surface.force, body.limit_surface.torque
+            own = SAGITTAL_NAMES if body.root == "sagittal" else PLANAR_VELOCITY_NAMES
+            limits = zip(own, (force, force, torque), strict=True)
+            surfaces[name_on(name, LIMIT_SURFACE)] = {name_on(name, one): limit for one, limit in limits}
+    return surfaces
 
 
 def _said(section: object, key: str) -> Mapping[str, float]:

@@ -98,6 +98,7 @@ def _multibody_dynamics(robot: Robot, actuation: Actuation) -> MultibodyDynamics
         velocity_names=robot.velocity_names,
         control_names=actuation.names,
         dry_friction=robot.dry_friction,
+        limit_surfaces=robot.limit_surfaces,
     )
 
 

@@ -11,9 +11,9 @@ from fesd_robot.errors import JointError, RobotError
 from fesd_robot.exactness import ROUNDED
 from fesd_robot.ocp.actuation import actuators_of
 from fesd_robot.ocp.contact_places import with_contact_frames, with_contact_places
-from fesd_robot.ocp.free_bodies import joint_values, scale_of, with_bodies, without_dry_friction
+from fesd_robot.ocp.free_bodies import joint_values, limit_surfaces_of, scale_of, with_bodies, without_dry_friction
 from fesd_robot.ocp.two_bodies import with_two_bodies
-from fesd_robot.robot import Robot, configuration_units, load_scaled, with_joint_properties
+from fesd_robot.robot import Robot, configuration_units, load_scaled, with_joint_properties, with_limit_surfaces
 from fesd_robot.task import Task, TwoBodyContact, check_names, check_orientations, check_values
 
 
@@ -56,6 +56,7 @@ def load_task_robot(task: Task) -> tuple[Task, Robot]:
         damping=joint_values(task, "damping"),
         dry_friction=joint_values(task, "dry_friction"),
     )
+    robot = with_limit_surfaces(robot, limit_surfaces_of(task))
     positions = zip(robot.lower_position, robot.upper_position, strict=True)
     check_values(
         task,

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 import casadi as ca
 import numpy as np
 
 from fesd_robot.contact import Contact, ContactMode, Modes
 from fesd_robot.ocp import MotionProblem, gap_function
+from fesd_robot.phases.gait import gait_images
 from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, stuck
 from fesd_robot.phases.stepping import steppings
 
@@ -95,7 +97,7 @@ class Guess:
         slides = own.all(axis=0) & (paths > SLIDING) & (speeds > MOVING * speeds.max(axis=0))
         length = self.motion.grid.nominal / len(self._times)
         names = tuple(contact.name for contact in self.motion.contacts)
-        joints = tuple(self.motion.dynamics.dry_friction)
+        joints = tuple(self.motion.dynamics.dry_friction_units)
         phases = []
         for touches, slid, along, x in zip(own, slides, self._along, self._states, strict=True):
             modes = tuple(
@@ -117,9 +119,12 @@ class Guess:
         return ContactMode.SLIP_FORWARDS if velocity[0] > 0 else ContactMode.SLIP_BACKWARDS
 
     def _friction_mode(self, name: str, x: np.ndarray) -> ContactMode:
-        at = len(self.motion.robot.configuration_names) + list(self.motion.robot.velocity_names).index(name)
-        if abs(x[at]) < MOVING:
+        first, coordinates = len(self.motion.robot.configuration_names), list(self.motion.robot.velocity_names)
+        at, *others = (first + coordinates.index(one) for one in self.motion.dynamics.dry_friction_units[name])
+        if max(abs(x[k]) for k in (at, *others)) < MOVING:
             return ContactMode.STICK
+        if others:
+            return ContactMode.SLIP
         return ContactMode.SLIP_FORWARDS if x[at] > 0 else ContactMode.SLIP_BACKWARDS
 
     def landing_side(self, contact: int, time: float) -> ContactMode:
@@ -158,7 +163,8 @@ def guessed_sequences(motion: MotionProblem) -> Iterator[Sequence]:
     - objects that slide in the guess although nothing touches them are pushed, and those in the air are held;
     - what the guess shows, with impacts where contacts come down, and without;
     - a short flight of all contacts to begin with, which saves the way down before a jump;
-    - contacts that stand in turn, where a cycle is asked for and the guess never leaves the ground;
+    - where a cycle is asked for and the guess never leaves the ground: the step of a gait that goes on as its mirror
+      image, and contacts that stand in turn;
     - a hop, where contacts slide along the guess and never leave the ground.
     """
     yield from _once(_guessed(motion, Guess(motion, motion.ocp.state_guess)))
@@ -211,6 +217,7 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
         standing = replace(first, duration=0.6 * first.duration)
         yield with_hits(guess, replace(own, phases=(flight, standing, *own.phases[1:])))
     if not flights and motion.task.goal.periodic is not None:
+        yield from _steps(motion, own)
         yield from _cycles(motion, own)
     if not flights and any(mode in SIDES for phase in own.phases for mode in phase.modes):
         yield with_hits(guess, _hop(motion, own))
@@ -263,6 +270,18 @@ def _hitting(sequence: Sequence, contacts: list[int]) -> Sequence:
         if lands:
             phases[i] = replace(phases[i], impacts=hits(phases[i].modes, lands))
     return replace(sequence, phases=tuple(phases))
+
+
+def _steps(motion: MotionProblem, own: Sequence) -> Iterator[Sequence]:
+    """Yield the steps in which of contacts that change places in a mirror one stands, and the other one swings and hits
+    where the step ends."""
+    images, modes = gait_images(motion), own.phases[0].modes
+    pairs = [(i, k) for i, k in enumerate(images) if i < k and images[k] == i]
+    for stands in product(*pairs) if pairs else ():
+        swings = [sum(pair) - i for pair, i in zip(pairs, stands, strict=True)]
+        after = flying(modes, stands)
+        step = Phase(flying(modes, swings), motion.grid.nominal)
+        yield replace(own, phases=(step,), at_end=hits(after, {n: after[n] for n in swings}))
 
 
 def _cycles(motion: MotionProblem, own: Sequence) -> Iterator[Sequence]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from collections.abc import Sequence as ListOf
 from dataclasses import dataclass, replace
 from itertools import chain, combinations, zip_longest
 
@@ -45,13 +46,18 @@ class Neighbour:
 
 
 def neighbours(
-    sequence: Sequence, contacts: list[Contact], profile: ContactProfile, knots: tuple[float, ...] = ()
+    sequence: Sequence,
+    contacts: list[Contact],
+    profile: ContactProfile,
+    knots: tuple[float, ...] = (),
+    images: tuple[int, ...] = (),
 ) -> Iterator[Neighbour]:
     """Yield the neighbours of a sequence, each once: one of each kind in turn, those of a kind in the order of time.
 
     Those that slip otherwise come last where nothing slips in the sequence.
 
     - impacts: a contact that comes down hits and slips to either side, or hits without slipping, or comes down softly;
+      so does one that comes down where a gait ends and begins again;
     - a switch before a knot happens after it, or the other way round;
     - a phase is left out;
     - a contact leaves the surface for a short time in a phase, or as the motion begins; all that touch do;
@@ -66,8 +72,10 @@ def neighbours(
         contacts: of the task, by whose numbers its modes are.
         profile: of its motion: what is put into a phase is put where it would happen most easily.
         knots: times at which the task asks for something, s.
+        images: of a gait, the contacts whose places its contacts take where it goes on; none if it does not, or if no
+            contact can hit there.
     """
-    own, seen = _Neighbours(sequence.without_knots, contacts, profile, knots), {sequence.key_with(knots)}
+    own, seen = _Neighbours(sequence.without_knots, contacts, profile, knots, images), {sequence.key_with(knots)}
     for one in own.all_of_them():
         key = one.sequence.key_with(knots)
         if key not in seen:
@@ -81,6 +89,7 @@ class _Neighbours:
     contacts: list[Contact]
     profile: ContactProfile
     knots: tuple[float, ...]
+    images: tuple[int, ...]
 
     def _span(self, i: int) -> tuple[float, float]:
         """When a phase begins and ends, s."""
@@ -94,6 +103,7 @@ class _Neighbours:
     def all_of_them(self) -> Iterator[Neighbour]:
         kinds = [
             self._impacts(),
+            self._impacts_at_end(),
             self._across(),
             self._left_out(),
             self._in_turn(),
@@ -109,7 +119,20 @@ class _Neighbours:
             yield from self._slips()
 
     def _of(self, what: str, phases: list[Phase]) -> Neighbour:
-        return Neighbour(what, replace(self.sequence, phases=joined(phases)))
+        own = replace(self.sequence, phases=joined(phases))
+        if self.images and own.at_end:
+            own = replace(own, at_end=self._lawful_end(own))
+        return Neighbour(what, own)
+
+    def _lawful_end(self, own: Sequence) -> tuple[Modes, ...]:
+        """Return the impacts at the end of a gait if all that hit there land, beside what the others do behind them."""
+        after = self._goes_on(own.phases)
+        lands = landings(own.phases[-1].modes, after)
+        if any(mode.hits and n not in lands for modes in own.at_end for n, mode in enumerate(modes)):
+            return ()
+        return tuple(
+            tuple(mode if mode.hits else then for mode, then in zip(modes, after, strict=True)) for modes in own.at_end
+        )
 
     def _name(self, i: int) -> str:
         return f"'{self.sequence.names[i]}'"
@@ -148,6 +171,23 @@ class _Neighbours:
             if phase.impacts:
                 softly = self._changed(i, replace(phase, impacts=()))
                 yield self._of(f"{self._names(lands)} comes down softly", softly)
+
+    def _impacts_at_end(self) -> Iterator[Neighbour]:
+        """Yield the sequences in which contacts of a gait hit as it ends, and go on as their images begin."""
+        own, after = self.sequence, self._goes_on(self.phases)
+        lands = landings(self.phases[-1].modes, after)
+        for group in [lands] if len(lands) == 1 else [lands, *([n] for n in lands)] if lands else []:
+            for side in (None, *self._sides(group[0])):
+                word = "without slipping" if side is None else f"with {side.value}"
+                what = f"{self._names(group)} hits {word} at the end"
+                yield Neighbour(what, replace(own, at_end=self.hit(after, group, side)))
+        if lands and own.at_end:
+            yield Neighbour(f"{self._names(lands)} comes down softly at the end", replace(own, at_end=()))
+
+    def _goes_on(self, phases: ListOf[Phase]) -> Modes:
+        """Return the modes in which a gait goes on behind its last phase; those of that phase if it does not."""
+        first, last = phases[0].modes, phases[-1].modes
+        return (*(first[n] for n in self.images), *last[len(self.images) :])
 
     def _across(self) -> Iterator[Neighbour]:
         """Yield the sequences in which the last switch before a knot, or the first after it, is on its other side."""

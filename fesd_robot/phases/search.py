@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fesd_robot.mpcc import PolishingReport
+from fesd_robot.phases.gait import gait_images
 from fesd_robot.phases.neighbours import neighbours
 from fesd_robot.phases.profile import ContactProfile
 from fesd_robot.phases.reading import sequence_of
@@ -190,13 +191,21 @@ class SequenceSearch:
         work = self._work
         return work - self._since > self._patience or work - self._found_at > self._effort.most_work
 
+    @cached_property
+    def _images(self) -> tuple[int, ...]:
+        return gait_images(self.solver.motion)
+
     def _better_neighbour(self, current: PhaseMotion) -> PhaseMotion | None:
         """Return a neighbour of a motion that is cheaper, None if there is none, or the search ends."""
         if self._over:
             return None
         motion = self.solver.motion
         found = neighbours(
-            current.sequence, list(motion.contacts), ContactProfile.of(motion, current.along), motion.ocp.knots
+            current.sequence,
+            list(motion.contacts),
+            ContactProfile.of(motion, current.along),
+            motion.ocp.knots,
+            self._images,
         )
         untried = [one for one in found if self._key(one.sequence) not in self._seen]
         below = current.cost - self._effort.neighbour_gain * abs(current.cost)

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from fesd_robot.contact import ContactMode, Modes
+from fesd_robot.exactness import NO_VELOCITY
 from fesd_robot.instants import SAME_TIME
 from fesd_robot.plans.measured import Measured, Names, cone_excess, largest
 from fesd_robot.recovery import (
@@ -93,21 +94,22 @@ class ModeForces:
 
     def joint_friction(self) -> Measured:
         """Return the largest excess of the friction that a sticking joint needs over its limit, N or N m."""
-        limits = self.physics.dry_friction[self.physics.friction_coordinates]
+        rubbing = self.physics.rubbing
         return largest(
-            self._at_joint(point, i, float(abs(point.joint_force[i]) - limits[i]))
+            self._at_joint(point, unit[0], -rubbing.unused(unit, point.joint_force))
             for point in self._points
-            for i, mode in enumerate(point.joint_modes)
-            if mode is ContactMode.STICK
+            for unit in rubbing.units
+            if point.joint_modes[unit[0]] is ContactMode.STICK
         )
 
     def joint_slides(self) -> Measured:
         """Return the largest power, W, that dry friction adds where a joint moves against the slide of its mode."""
-        limits = self.physics.dry_friction[self.physics.friction_coordinates]
+        rubbing = self.physics.rubbing
         return largest(
-            self._at_joint(point, i, float(-limits[i] * mode.direction * point.joint_velocity[i]))
+            self._at_joint(point, unit[0], float(point.joint_force[unit] @ point.joint_velocity[unit]))
             for point in self._points
-            for i, mode in enumerate(point.joint_modes)
+            for unit in rubbing.units
+            if point.joint_modes[unit[0]].direction
         )
 
     def _at_joint(self, point: _Point, joint: int, value: float) -> Measured:
@@ -173,6 +175,13 @@ class ModeForces:
             for q, v in zip(dense.configuration[:, middle], dense.velocity[:, middle], strict=True)
         ]
 
+    @cached_property
+    def _joint_headings(self) -> list[np.ndarray]:
+        """The same of what rubs on a limit surface, (n_f) each."""
+        dense, middle, rubbing = self.motion.between, self.motion.between.time.shape[1] // 2, self.physics.rubbing
+        speeds = dense.velocity[:, middle, rubbing.coordinates]
+        return [rubbing.headings(own, slow=NO_VELOCITY) for own in speeds]
+
     def _modes(self, element: int) -> Modes:
         return tuple(self.motion.between.mode[element])
 
@@ -186,7 +195,8 @@ class ModeForces:
             return _Point(
                 element, time, modes, np.full((len(modes), self.physics.rows), np.nan), None, joints, nowhere, nowhere
             )
-        dynamics = contact_dynamics(self.physics, q, v, u, self._headings[element]).in_joint_modes(joints)
+        headings = self._headings[element], self._joint_headings[element]
+        dynamics = contact_dynamics(self.physics, q, v, u, *headings).in_joint_modes(joints)
         force = motion_in_modes(dynamics, modes)[1]
         rubs, speeds = dynamics.joint_force(stacked_rows(force)), v[self.physics.friction_coordinates]
         return _Point(element, time, modes, force, dynamics, joints, rubs, speeds)

@@ -68,12 +68,12 @@ class StageForces:
         )
         scale = 1.0 + np.abs(required).max() + np.abs(physics.generalized_force(q, motion.control[k])).max()
         self._dynamics.append(Measured(float(np.abs(unexplained).max() / scale), *place))
-        for name, rub, limit, speed in zip(
-            self._joints, rubs, physics.dry_friction[friction_coordinates], v[friction_coordinates], strict=True
-        ):
-            unused = float(limit - abs(rub))
+        rubbing, speeds = physics.rubbing, v[friction_coordinates]
+        for unit in rubbing.units:
+            name, unused = self._joints[unit[0]], rubbing.unused(unit, rubs)
+            speed, scaled = rubbing.scaled(unit, speeds), rubs[unit] / rubbing.limit[unit] * rubbing.limit[unit[0]]
             self._joint_friction.append(Measured(-unused, *place, name))
-            slide = max(min(abs(speed), abs(unused)), speed * rub)
+            slide = max(min(float(np.linalg.norm(speed)), abs(unused)), _power(scaled, speed))
             self._joint_slides.append(Measured(float(slide), *place, name))
         velocities = tangential_rows(jacobian @ v, physics.rows)
         for i in np.flatnonzero(closed).tolist():

@@ -12,6 +12,7 @@ __all__ = [
     "SLIP_VELOCITY",
     "DenseElement",
     "DenseSamples",
+    "DryFriction",
     "ElementPolynomials",
     "FullModel",
     "FullMotion",
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
         stacked_rows,
         tangential_rows,
     )
+    from fesd_robot.recovery.dry_friction import DryFriction
     from fesd_robot.recovery.elements import SLIP_VELOCITY
     from fesd_robot.recovery.full_model import FullModel, FullMotion
     from fesd_robot.recovery.model_motion import ModelMotion
@@ -75,6 +77,7 @@ else:
             "fesd_robot.recovery.full_model": ["FullModel", "FullMotion"],
             "fesd_robot.recovery.model_motion": ["ModelMotion"],
             "fesd_robot.recovery.motion": ["JointFriction", "PhysicalMotion", "recover"],
+            "fesd_robot.recovery.dry_friction": ["DryFriction"],
             "fesd_robot.recovery.physics": ["NumericPhysics", "split_contact_force", "split_forces"],
             "fesd_robot.recovery.polynomials": ["ElementPolynomials"],
             "fesd_robot.recovery.samples": ["ImpactRecord"],

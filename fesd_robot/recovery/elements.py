@@ -48,7 +48,8 @@ class ElementPhysics:
         branch_modes: of the branch, also where a contact that could slip does not; empty if frozen.
         theta_error: largest deviation of the multipliers from their definition.
         joint_force: dry friction of every joint that has some at the points, N or N m, (points, n_f).
-        joint_modes: that these joints show, stick or a direction of slip; empty if frozen.
+        joint_modes: that these joints show, stick or a direction of slip; all coordinates of a limit surface the same;
+            empty if frozen.
         joint_branch_modes: those of the branch; empty if frozen.
     """
 
@@ -103,6 +104,10 @@ class ElementReader:
         shares = ca.vertcat(ca.SX(0, 1), *[plus - minus for plus, minus in contact_system.theta_joints])
         self.friction_coordinates = np.flatnonzero(dynamics.dry_friction_limits)
         self._dry_friction = dynamics.dry_friction_limits[self.friction_coordinates]
+        coordinates = [dynamics.velocity_names[int(row)] for row in self.friction_coordinates]
+        self._rubbing = {
+            name: np.array([coordinates.index(one) for one in own]) for name, own in dynamics.dry_friction_units.items()
+        }
         self._multipliers = ca.Function(
             "multipliers",
             [contact_system.system.algebraic],
@@ -139,7 +144,11 @@ class ElementReader:
     def joints_of_state(self, velocity: np.ndarray) -> JointsAtPoint:
         """Return no friction, and the modes that velocities show: of a state that is followed by no motion."""
         speeds = velocity[self.friction_coordinates]
-        return np.zeros(len(speeds)), [_observed(ContactMode.SLIP, speed[None, None]) for speed in speeds]
+        modes = [ContactMode.STICK] * len(speeds)
+        for own in self._rubbing.values():
+            for i in own:
+                modes[i] = _observed(ContactMode.SLIP, speeds[None, own])
+        return np.zeros(len(speeds)), modes
 
     def read(self, number: int, element: Element) -> ElementPhysics:
         """Return the physics of an element, the `number`-th of the trajectory.
@@ -172,6 +181,11 @@ class ElementReader:
             joint_modes=joint_modes,
             joint_branch_modes=joint_branch_modes,
         )
+
+    @property
+    def first_of_units(self) -> set[int]:
+        """Numbers of the coordinates with dry friction that stand for their limit surface, or for themselves."""
+        return {int(own[0]) for own in self._rubbing.values()}
 
     def _impulse(self, number: int, element: Element, push: np.ndarray) -> np.ndarray:
         """Return the impulse of every contact, (n_c, rows): where the velocity jumps, of those that act."""
@@ -211,8 +225,11 @@ class ElementReader:
     def _joint_modes(self, number: int, element: Element) -> tuple[list[ContactMode], list[ContactMode]]:
         """Return the modes that joints with dry friction show and those of the branch."""
         velocity = np.array([self.split(x)[1][self.friction_coordinates] for x in element.x[: self.tableau.stages]])
-        planned = list(joint_modes(self._branch, number).values())
-        return [_observed(mode, velocity[:, i, None]) for i, mode in enumerate(planned)], planned
+        shown, planned = [ContactMode.STICK] * velocity.shape[1], [ContactMode.STICK] * velocity.shape[1]
+        for name, mode in joint_modes(self._branch, number).items():
+            for i in self._rubbing[name]:
+                shown[i], planned[i] = _observed(mode, velocity[:, self._rubbing[name]]), mode
+        return shown, planned
 
 
 def _observed(mode: ContactMode, velocity: np.ndarray) -> ContactMode:

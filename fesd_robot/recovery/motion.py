@@ -25,7 +25,8 @@ class JointFriction:
         limit: F, N or N m, (n_f).
         force: of the friction on the joint, N or N m, (n, n_f).
         mode: `ContactMode`, stick or slip, (n, n_f).
-        switches: changes between sticking and sliding in time order; their contact is a number of a joint.
+        switches: changes between sticking and sliding in time order; their contact is a number of a joint, the first of
+            those on one limit surface.
     """
 
     rows: np.ndarray
@@ -153,7 +154,8 @@ def recover(
     columns, rows = samples.stacked(), reader.friction_coordinates
     of_joints = columns.pop("joint_force"), columns.pop("joint_mode")
     limits = dynamics.dry_friction_limits[rows]
-    joints = JointFriction(rows, limits, *of_joints, switches_between(samples.joint_phases)) if rows.size else None
+    switches = [one for one in switches_between(samples.joint_phases) if one.contact in reader.first_of_units]
+    joints = JointFriction(rows, limits, *of_joints, switches) if rows.size else None
     return PhysicalMotion(
         **columns,
         joints=joints,

@@ -11,6 +11,7 @@ import pinocchio as pin
 from fesd_robot.contact import CircleOnSurface, ContactGeometry, PointOnSurface, Scene, TwoBodies, frames_of
 from fesd_robot.recovery.between_bodies import closest, tangents_between
 from fesd_robot.recovery.contact_rows import IN_THE_PLANE, by_contact, rows_each, rows_of, stacked_rows, tangential_rows
+from fesd_robot.recovery.dry_friction import DryFriction
 from fesd_robot.robot import Robot
 
 RANK_TOLERANCE = 1e-6
@@ -39,6 +40,7 @@ class NumericPhysics:
         damping: viscous damping of every joint, the diagonal of D, N s/m or N m s/rad, (n_v).
         dry_friction: limit of the dry friction of every joint, N or N m, (n_v); it is no part of the forces below.
         friction_coordinates: velocity coordinates that have some, (n_f).
+        rubbing: the same, by joints and limit surfaces.
     """
 
     def __init__(
@@ -64,6 +66,7 @@ class NumericPhysics:
         self._springs = robot.springs
         self.dry_friction = robot.dry_friction_limits
         self.friction_coordinates = np.flatnonzero(self.dry_friction)
+        self.rubbing = DryFriction.of(robot)
         self.friction = np.array(list(friction.values()))
         self.restitution = np.array([restitution.get(name, 0.0) for name in friction])
 

@@ -16,7 +16,8 @@ def holding_effort(
 
         min k   s.t.   B(q) u + J(q)ᵀ f + τ = g(q),   k u_lower <= u <= k u_upper,   |f_t| <= mu f_n,   |τ| <= F
 
-    with the dry friction τ of joints. In space the friction cone is a pyramid inside it.
+    with the dry friction τ of joints. In space the friction cone is a pyramid inside it, and a limit
+    surface a box.
 
     Args:
         physics: the robot, its contacts and what its controls push.
@@ -38,7 +39,10 @@ def holding_effort(
     pushes = np.column_stack([physics.generalized_force(q, row) for row in np.eye(controls)])
     jacobian = physics.contact_jacobian(q)[rows_of(closed, physics.rows)]
     friction, count = physics.friction[closed], int(closed.sum())
-    limits_of_joints = physics.dry_friction[physics.friction_coordinates]
+    rubbing = physics.rubbing
+    limits_of_joints = rubbing.limit.copy()
+    for unit in rubbing.surfaces:
+        limits_of_joints[unit] /= np.sqrt(len(unit))
     # Unknowns: k, u, (f_n, f_t...) of every closed contact, and the dry friction of joints.
     balance = np.column_stack([np.zeros(len(v)), pushes, jacobian.T, np.eye(len(v))[:, physics.friction_coordinates]])
     facets, per_contact = cone_facets(physics.rows - 1), physics.rows

@@ -9,6 +9,8 @@ import logging
 import math
 import zipfile
 import zlib
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -104,10 +106,11 @@ class Meshes:
         """
         file, scale = Path(geometry_object.meshPath), unit * np.ravel(geometry_object.meshScale)
         if not file.is_file():
-            return _drawn(triangles(geometry_object.geometry), self._deviation)
+            return _cached_surface(triangles(geometry_object.geometry), self._deviation)
         key = str(file), tuple(scale.tolist())
         if key not in self._known:
-            self._known[key] = _cached(file, scale, self._deviation)
+            content = file.read_bytes() + scale.tobytes()
+            self._known[key] = _cached(content, partial(read_mesh, file, scale), self._deviation, str(file))
         return self._known[key]
 
 
@@ -133,29 +136,37 @@ def read_mesh(file: Path, scale: np.ndarray) -> Mesh | None:
     return mesh if len(mesh.faces) else None
 
 
-def _drawn(mesh: Mesh | None, deviation: float) -> Mesh | None:
-    if mesh is None:
-        return None
+def _drawn(mesh: Mesh, deviation: float) -> Mesh:
     mesh = sharpened(simplified(mesh, deviation))
     step = _STEP * deviation
     return Mesh(step * np.round(mesh.vertices / step), mesh.faces.astype(np.uint32))
 
 
-def _cached(file: Path, scale: np.ndarray, deviation: float) -> Mesh | None:
-    """Return the drawn mesh of a file, from the cache if it was simplified before."""
-    digest = hashlib.sha256(file.read_bytes())
-    digest.update(np.append(scale, deviation).tobytes() + _VERSIONS)
+def _cached_surface(surface: Mesh | None, deviation: float) -> Mesh | None:
+    """Return the drawn mesh of triangles without a file, such as those of a collision shape."""
+    if surface is None:
+        return None
+    content = surface.vertices.tobytes() + surface.faces.tobytes()
+    return _cached(content, lambda: surface, deviation, "a shape without a file")
+
+
+def _cached(content: bytes, read: Callable[[], Mesh | None], deviation: float, name: str) -> Mesh | None:
+    """Return the drawn mesh of a content, from the cache if it was simplified before."""
+    digest = hashlib.sha256(content)
+    digest.update(np.float64(deviation).tobytes() + _VERSIONS)
     kept = cache_folder() / "meshes" / f"{digest.hexdigest()[:32]}.npz"
     with contextlib.suppress(OSError, *_DAMAGED), np.load(kept) as arrays:
         return Mesh(arrays["vertices"], arrays["faces"])
-    mesh = _drawn(read_mesh(file, scale), deviation)
-    if mesh is not None:
-        content = io.BytesIO()
-        np.savez(content, vertices=mesh.vertices, faces=mesh.faces)
-        try:
-            write_atomically(kept, content.getvalue())
-        except OSError as error:
-            logger.debug("the simplified mesh of %s is not kept: %s", file, error)
+    surface = read()
+    if surface is None:
+        return None
+    mesh = _drawn(surface, deviation)
+    archive = io.BytesIO()
+    np.savez(archive, vertices=mesh.vertices, faces=mesh.faces)
+    try:
+        write_atomically(kept, archive.getvalue())
+    except OSError as error:
+        logger.debug("the simplified mesh of %s is not kept: %s", name, error)
     return mesh
 
 

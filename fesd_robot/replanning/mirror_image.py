@@ -13,10 +13,10 @@ from fesd_robot.errors import PlanFileError
 from fesd_robot.fesd import AddedRows, Element
 from fesd_robot.fesd.element import SystemFunctions
 from fesd_robot.fesd.polishing import BranchMotion
-from fesd_robot.ocp import MotionProblem, mirrored, numeric_physics
+from fesd_robot.ocp import MotionProblem, contact_images, mirrored
 
 SAME = 1e-9
-"""Difference of gaps and of controls' directions up to which they are each other's image."""
+"""Difference of controls' directions up to which they are each other's image."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class MirrorImage:
         task, robot, system = motion.task, motion.robot, motion.ocp.system
         q, v = (_signed(mirrored(task, each, np.arange(1.0, 1 + len(each))))
                 for each in (robot.configuration_names, robot.velocity_names))  # fmt: skip
-        contacts = _contacts(motion, q)
+        contacts = _contacts(motion)
         of_controls = _controls(motion, v)
         names = {robot.configuration_names[i]: robot.configuration_names[k] for i, k in enumerate(q[0])}
         names |= {motion.contacts[i].name: motion.contacts[k].name for i, k in enumerate(contacts)}
@@ -148,19 +148,12 @@ def _signed(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.abs(numbers).astype(int) - 1, np.sign(numbers)
 
 
-def _contacts(motion: MotionProblem, q: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def _contacts(motion: MotionProblem) -> np.ndarray:
     """Return the contact whose gap every contact has in a mirrored configuration."""
-    physics, count = numeric_physics(motion), len(motion.contacts)
-    at = [0.1 * np.sin(np.arange(len(q[0])) + k) for k in range(3)]
-    own = np.array([physics.gaps(each) for each in at]).reshape(3, count)
-    image = np.array([physics.gaps(q[1] * each[q[0]]) for each in at]).reshape(3, count)
-    found: list[int] = []
-    for i in range(count):
-        same = [k for k in range(count) if k not in found and np.abs(image[:, i] - own[:, k]).max() <= SAME]
-        if not same:
-            raise PlanFileError(f"found contact '{motion.contacts[i].name}' without an image in the mirror of the goal")
-        found.append(i if i in same else same[0])
-    return np.array(found, dtype=int)
+    images = contact_images(motion)
+    if without := [contact.name for contact, image in zip(motion.contacts, images, strict=True) if image < 0]:
+        raise PlanFileError(f"found contact '{without[0]}' without an image in the mirror of the goal")
+    return images
 
 
 def _controls(motion: MotionProblem, v: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

@@ -39,8 +39,8 @@ PATIENCE = 2e-3
 EXACT = 1e-6
 """Violation of equations at which no further step is made."""
 
-ITERATIONS = 4
-"""KKT matrices of an update, at most."""
+ITERATIONS, ITERATIONS_OF_GAITS = 4, 8
+"""KKT matrices of an update, at most; of a gait, whose plan does not wait for a robot that has left it."""
 
 LEAVES = 0.3
 """Part of a violation that a step leaves at most for another one with the same matrix."""
@@ -110,13 +110,13 @@ class Replanner:
     A phase begins when its contacts land, or when it is due.
 
     Of a gait, a plan with a periodic goal, some strides are planned; whenever one has passed another one follows. Where
-    an update fails the gait itself goes on.
+    an update fails the gait itself goes on, and the next update begins nearer.
 
     Args:
         plan: exact, on a grid that follows the contacts (`method.grid: phases`).
         period: s between updates.
         iterations: steps of an update with a KKT matrix of their own, at most; further ones are made while equations
-            are violated by more than 1e-6.
+            are violated by more than 1e-6; default: 4, and 8 of a gait.
         search: whether another plan is looked for in another process where the last phase of a plan cannot reach the
             goal; `search` follows it from the end of the running one on.
         strides: of a gait that are planned; other plans have none.
@@ -140,14 +140,14 @@ class Replanner:
         plan: Plan,
         *,
         period: float = PERIOD,
-        iterations: int = ITERATIONS,
+        iterations: int | None = None,
         search: bool = False,
         strides: int = STRIDES,
         motion: MotionProblem | None = None,
     ) -> None:
         if not 0 < period < np.inf:
             raise OptionError(f"period: found {period!r} s, expected a number greater than 0")
-        if iterations < 1:
+        if iterations is not None and iterations < 1:
             raise OptionError(f"iterations: found {iterations!r}, expected a number of at least 1")
         if strides < 2:
             raise OptionError(f"strides: found {strides!r}, expected a number of at least 2")
@@ -157,11 +157,12 @@ class Replanner:
         self._model = robot.model if self._n_q != self._n_v else None
         self._measured = MeasuredState(self.motion)
         self._limits = self.motion.actuation.lower, self.motion.actuation.upper
-        self.period, self._iterations, self._searches = period, iterations, search
+        self.period, self._searches = period, search
         self.statistics = Statistics()
         self._another: AnotherPlan | None = None
         self._changed = False
         self._first = self._current = Followed(plan, self.motion, strides)
+        self._iterations = iterations or (ITERATIONS if self.strides is None else ITERATIONS_OF_GAITS)
         self.reset()
 
     def reset(self, plan: Plan | None = None, time: float = 0.0) -> None:
@@ -363,7 +364,7 @@ class Replanner:
 
     def _old(self, time: float, reason: str) -> Policy:
         if self._current.strides is not None:
-            self._point = self._start = self._horizon.settled
+            self._point = self._horizon.settled
             return self._policy_of(time, "old", reason)
         if self._policy is None:
             return self._policy_of(self._time, "old", reason)

@@ -62,6 +62,7 @@ class Contacts:
         ground: gap at which each contact touches, m, (n_c).
         joints: modes of the joints with dry friction, (n_f).
         headings: directions of their slides at the event, see `slip_headings`, (n_c, n_t).
+        joint_headings: the same of joints, see `DryFriction.headings`, (n_f).
     """
 
     modes: Modes
@@ -69,6 +70,7 @@ class Contacts:
     ground: np.ndarray
     joints: Modes
     headings: np.ndarray
+    joint_headings: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ class ContactLaw:
             (ContactMode.STICK,) * len(self._physics.friction_coordinates),
         )
         nowhere = slip_headings(np.zeros((len(gaps), self._physics.rows - 1)))
-        contacts = Contacts((ContactMode.FLIGHT,) * len(gaps), closed, ground, joints, nowhere)
+        contacts = Contacts((ContactMode.FLIGHT,) * len(gaps), closed, ground, joints, nowhere, np.zeros(len(joints)))
         hits, result = (gaps <= 0) & (normal < -CLOSED_VELOCITY), None
         if hits.any():
             contacts, result = self.hit(contacts, hits, q, v)
@@ -205,7 +207,17 @@ class ContactLaw:
         self._judge(choices)
         chosen = self._going_on(choices, contacts.modes)
         closed = contacts.closed & np.array([mode is not ContactMode.FLIGHT for mode in chosen.modes], dtype=bool)
-        return replace(contacts, modes=chosen.modes, closed=closed, joints=chosen.joints, headings=chosen.headings), v
+        return (
+            replace(
+                contacts,
+                modes=chosen.modes,
+                closed=closed,
+                joints=chosen.joints,
+                headings=chosen.headings,
+                joint_headings=chosen.joint_headings,
+            ),
+            v,
+        )
 
     def _not_parting(self, touching: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return which of the contacts that touched stay closed after an impact, (n_c) of bool."""
@@ -218,7 +230,7 @@ class ContactLaw:
         """Note whether other modes than those that go on have become possible: only where some slip is improper."""
         if not contacts.closed.any() or ReplayNote.NOT_UNIQUE in self.notes:
             return
-        dynamics = contact_dynamics(self._physics, q, v, self._control, contacts.headings)
+        dynamics = contact_dynamics(self._physics, q, v, self._control, contacts.headings, contacts.joint_headings)
         if slips_are_proper(dynamics.in_joint_modes(contacts.joints), contacts.closed):
             return
         choices = rated_modes(dynamics, contacts.closed)
@@ -234,7 +246,8 @@ class ContactLaw:
         speeds = np.linalg.norm(tangential_rows(jacobian @ v, self._physics.rows), axis=1)
         creeps = closed & (speeds <= ZERO_TANGENTIAL_VELOCITY) & (self._physics.friction > 0)
         rows = np.column_stack([closed, *[creeps] * (self._physics.rows - 1)]).ravel()
-        resting = friction_coordinates[np.abs(v[friction_coordinates]) <= ZERO_TANGENTIAL_VELOCITY]
+        rests = self._physics.rubbing.resting(v[friction_coordinates], ZERO_TANGENTIAL_VELOCITY)
+        resting = friction_coordinates[rests]
         held = np.vstack([jacobian[rows], np.eye(len(v))[resting]])
         response = np.linalg.solve(self._physics.mass_matrix(q), held.T)
         impulse = np.linalg.lstsq(held @ response, held @ v, rcond=SINGULAR)[0]

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fesd_robot.contact import ContactMode, Modes
-from fesd_robot.recovery import NumericPhysics, tangential_rows
+from fesd_robot.exactness import NO_VELOCITY
+from fesd_robot.recovery import DryFriction, NumericPhysics, tangential_rows
 from fesd_robot.replay.headings import slip_headings
 
 _STEP = 3e-6
@@ -51,7 +52,7 @@ class ContactDynamics:
     def in_joint_modes(self, modes: Modes) -> ContactDynamics:
         """Return the dynamics in which joints with dry friction stick or slide as given, from that without friction.
 
-            slide: tau_f = -F s;   stick: a_i = 0, with the tau_f that this takes
+            slide: tau_f = -F s e;   stick: a_i = 0, with the tau_f that this takes
 
         Args:
             modes: of every joint with dry friction, (n_f).
@@ -60,7 +61,7 @@ class ContactDynamics:
             return self
         joints, rows = self.joints, self.joints.rows
         sticking = np.array([mode is ContactMode.STICK for mode in modes])
-        force = -joints.limit * np.array([mode.direction for mode in modes])
+        force = -joints.limit * np.array([mode.direction for mode in modes]) * joints.headings
         acceleration = self.acceleration + joints.response @ force
         held = np.linalg.inv(joints.response[rows][np.ix_(sticking, sticking)])
         force[sticking] = -held @ acceleration[rows[sticking]]
@@ -96,15 +97,19 @@ class JointDynamics:
         limit: F, N or N m, (n_f).
         velocity: m/s or rad/s, (n_f).
         response: M^-1 S^T, (n_v, n_f), where S picks the joints.
+        headings: direction e of a slide on a limit surface, 1 of a joint by itself, (n_f).
         force, by_contacts: in given modes the friction is ``force + by_contacts f``, (n_f) and (n_f, rows n_c).
+        rubbing: which of them share a limit surface.
     """
 
     rows: np.ndarray
     limit: np.ndarray
     velocity: np.ndarray
     response: np.ndarray
+    headings: np.ndarray
     force: np.ndarray
     by_contacts: np.ndarray
+    rubbing: DryFriction
 
 
 def contact_dynamics(
@@ -113,6 +118,7 @@ def contact_dynamics(
     v: np.ndarray,
     u: np.ndarray,
     headings: np.ndarray | None = None,
+    joint_headings: np.ndarray | None = None,
     *,
     through_zero: bool = False,
 ) -> ContactDynamics:
@@ -124,6 +130,7 @@ def contact_dynamics(
         physics: of the robot and its contacts.
         q, v, u: configuration (n_q), velocity (n_v), controls (n_u), SI units.
         headings, through_zero: `before` of `slip_headings`, and as there.
+        joint_headings: `before` of `DryFriction.headings`, (n_f).
     """
     ahead, behind = (physics.contact_jacobian(physics.integrate(q, sign * _STEP * v)) for sign in (1.0, -1.0))
     jacobian, rows = physics.contact_jacobian(q), physics.friction_coordinates
@@ -146,7 +153,9 @@ def contact_dynamics(
             limit=physics.dry_friction[rows],
             velocity=v[rows],
             response=of_joints,
+            headings=physics.rubbing.headings(v[rows], joint_headings, slow=NO_VELOCITY, through_zero=through_zero),
             force=np.zeros(len(rows)),
             by_contacts=np.zeros((len(rows), len(jacobian))),
+            rubbing=physics.rubbing,
         ),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,12 +42,18 @@ class Event:
             for kind in (_kinds_of_hit(old, new) if hit else kinds_of_change(old, new))
         ]
 
-    def joint_switches(self, start: float) -> list[SwitchRecord]:
-        """Return the changes of joints, `start` added to their time, s; their contact is a number of a joint."""
+    def joint_switches(self, start: float, firsts: Collection[int]) -> list[SwitchRecord]:
+        """Return the changes of joints, `start` added to their time, s; their contact is a number of a joint.
+
+        Args:
+            start: s.
+            firsts: numbers of the joints that count, `DryFriction.firsts`.
+        """
         changes = zip(self.before.joints, self.after.joints, strict=True)
         return [
             SwitchRecord(start + self.time, i, kind)
             for i, (old, new) in enumerate(changes)
+            if i in firsts
             for kind in kinds_of_change(old, new)
         ]
 

@@ -121,7 +121,7 @@ def replay_motion(
             q, v, _ = end.value
             break
         events += event.switches(start)
-        joint_events += event.joint_switches(start)
+        joint_events += event.joint_switches(start, physics.rubbing.firsts)
         if arriving is None and event.impact and event.time > duration - SAME_EVENT:
             arriving = event.velocity
     arriving = v if arriving is None else arriving
@@ -205,7 +205,11 @@ class Segments:
         """Return segments whose base is a state, the contacts as they slide there, and the state's y in them."""
         here, v = self.state(y)
         headings = slip_headings(tangential_rows(self._velocity(y), self.physics.rows), contacts.headings)
-        return replace(self, base=here), replace(contacts, headings=headings), np.concatenate([np.zeros(len(v)), v])
+        rubbing = self.physics.rubbing
+        speeds = v[rubbing.coordinates]
+        of_joints = rubbing.headings(speeds, contacts.joint_headings, slow=NO_VELOCITY)
+        turned = replace(contacts, headings=headings, joint_headings=of_joints)
+        return replace(self, base=here), turned, np.concatenate([np.zeros(len(v)), v])
 
     def until_event(
         self, contacts: Contacts, time: float, y: np.ndarray, end: float, watch: bool
@@ -216,8 +220,8 @@ class Segments:
             watch: whether to look for events.
         """
         headings = contacts.headings.copy()
-        starting = self._starting(contacts, y)
-        dynamics = partial(self._dynamics, contacts, headings, starting)
+        of_joints, starting = contacts.joint_headings.copy(), self._starting(contacts, y)
+        dynamics = partial(self._dynamics, contacts, (headings, of_joints), starting)
         stepper = DOP853(
             self._rate(contacts, dynamics),
             time,
@@ -227,7 +231,7 @@ class Segments:
             atol=ABSOLUTE_TOLERANCE,
             max_step=LONGEST_STEP,
         )
-        watched = self._watched(contacts, headings, dynamics)
+        watched = self._watched(contacts, (headings, of_joints), dynamics)
         before = watched(y)
         while stepper.status == "running":
             if self.budget.over:
@@ -251,6 +255,7 @@ class Segments:
                 return found
             self.law.look(contacts, *self.state(stepper.y))
             self._turn(headings, starting, dynamics, stepper.y)
+            of_joints[:] = self._joint_headings(stepper.y, of_joints)
             before = after
             if stepper.status == "running" and self._far(stepper.y):
                 return stepper.t, stepper.y, TURNED
@@ -327,11 +332,21 @@ class Segments:
             starting[:] = [i for i in starting if np.linalg.norm(velocities[i]) <= NO_VELOCITY]
         headings[:] = slip_headings(velocities, headings)
 
+    def _joint_headings(self, y: np.ndarray, before: np.ndarray) -> np.ndarray:
+        """Return the directions of slides on limit surfaces in a state, (n_f)."""
+        speeds = y[len(y) // 2 :][self.physics.friction_coordinates]
+        return self.physics.rubbing.headings(speeds, before, slow=NO_VELOCITY)
+
     def _dynamics(
-        self, contacts: Contacts, headings: np.ndarray, starting: Sequence[int], q: np.ndarray, v: np.ndarray
+        self,
+        contacts: Contacts,
+        headings: tuple[np.ndarray, np.ndarray],
+        starting: Sequence[int],
+        q: np.ndarray,
+        v: np.ndarray,
     ) -> ContactDynamics:
         """Return the dynamics of a state, slides that begin in the directions in which they accelerate."""
-        dynamics = contact_dynamics(self.physics, q, v, self.control, headings, through_zero=True)
+        dynamics = contact_dynamics(self.physics, q, v, self.control, *headings, through_zero=True)
         dynamics = dynamics.in_joint_modes(contacts.joints)
         if not starting:
             return dynamics
@@ -356,7 +371,10 @@ class Segments:
         return rate
 
     def _watched(
-        self, contacts: Contacts, headings: np.ndarray, dynamics_at: Callable[[np.ndarray, np.ndarray], ContactDynamics]
+        self,
+        contacts: Contacts,
+        headings: tuple[np.ndarray, np.ndarray],
+        dynamics_at: Callable[[np.ndarray, np.ndarray], ContactDynamics],
     ) -> Callable[[np.ndarray], np.ndarray]:
         """Return the values that must stay positive, (2 n_c + 2 + n_f).
 
@@ -365,8 +383,9 @@ class Segments:
         """
         slip = np.array([mode.direction for mode in contacts.modes]) * (self.physics.friction > 0)
         touches, count = bool(contacts.closed.any()), len(contacts.modes)
+        rubbing = self.physics.rubbing
         slide = np.array([mode.direction for mode in contacts.joints], dtype=float)
-        sticking = np.array([mode is ContactMode.STICK for mode in contacts.joints], dtype=bool)
+        sticking = [unit for unit in rubbing.units if contacts.joints[unit[0]] is ContactMode.STICK]
 
         def values(y: np.ndarray) -> np.ndarray:
             q, v = self.state(y)
@@ -374,18 +393,21 @@ class Segments:
             if not contacts.closed.all():
                 gaps = self.physics.gaps(q) - contacts.ground + BEYOND_GAP
                 result[:count] = np.where(contacts.closed, np.inf, gaps)
-            if touches or sticking.any():
+            if touches or sticking:
                 dynamics = dynamics_at(q, v)
             if touches:
                 velocities = tangential_rows(dynamics.velocity, dynamics.rows)
-                along = slip * (velocities * headings).sum(axis=1) + _BEYOND_SLIP
+                along = slip * (velocities * headings[0]).sum(axis=1) + _BEYOND_SLIP
                 result[count : 2 * count] = np.where(slip == 0, np.inf, along)
                 result[2 * count] = force_margin(dynamics, contacts.modes) + _BEYOND_MARGIN
-            if sticking.any():
+            if sticking:
                 friction = dynamics.joint_force(stacked_rows(motion_in_modes(dynamics, contacts.modes)[1]))
-                unused = (dynamics.joints.limit - np.abs(friction))[sticking].min()
+                unused = min(rubbing.unused(unit, friction) for unit in sticking)
                 result[2 * count + 1] = unused / scale_of(friction) + _BEYOND_MARGIN
-            moving = slide * v[self.physics.friction_coordinates] + _BEYOND_SLIP
+            speeds = v[rubbing.coordinates]
+            for unit in rubbing.surfaces:
+                speeds[unit] = rubbing.scaled(unit, speeds) @ headings[1][unit]
+            moving = slide * speeds + _BEYOND_SLIP
             result[2 * count + 2 :] = np.where(slide == 0, np.inf, moving)
             return result
 

@@ -37,6 +37,7 @@ class ModeMotion:
             between them, W_nn - mu s W_nt with sticking tangents eliminated, is a P-matrix. In a mode that is not,
             forces act in the wrong sense (Painleve).
         headings: direction in which every contact slides that slides forwards, (n_c, n_t).
+        joint_headings: direction in which what rubs on a limit surface slides, (n_f); 1 of joints by themselves.
         tolerance: by how much a condition may be violated, as a ratio.
         shared_otherwise: whether other accelerations are possible where redundant contacts that slide share their load
             in another way, each pressing on.
@@ -50,6 +51,7 @@ class ModeMotion:
     proper: bool
     joints: Modes
     headings: np.ndarray
+    joint_headings: np.ndarray
     tolerance: float = ADMISSIBLE
     shared_otherwise: bool = False
 

@@ -261,6 +261,7 @@ def _rated(without: ContactDynamics, modes: Modes, closed: np.ndarray) -> ModeMo
         proper=is_proper(dynamics, modes),
         joints=chosen.modes,
         headings=dynamics.headings,
+        joint_headings=dynamics.joints.headings,
         shared_otherwise=margin > ADMISSIBLE and _loads_move(dynamics, modes),
     )
 

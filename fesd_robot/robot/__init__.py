@@ -9,6 +9,7 @@ from fesd_robot.lazy import lazy_exports
 __all__ = [
     "FLYER_HEIGHT",
     "PACKAGE",
+    "PLANAR_VELOCITY_NAMES",
     "PREFIX",
     "ROOT_HEIGHT",
     "ROOT_PITCH",
@@ -80,7 +81,9 @@ __all__ = [
     "turned_by",
     "velocity_units",
     "with_frames",
+    "with_gravity",
     "with_joint_properties",
+    "with_limit_surfaces",
     "with_turn",
 ]
 
@@ -104,7 +107,14 @@ if TYPE_CHECKING:
     from fesd_robot.robot.joints import Prismatic
     from fesd_robot.robot.kinematics import center_of_mass, frame_jacobian, frame_placement, frame_velocity
     from fesd_robot.robot.library import PREFIX, example_robots, examples_folder
-    from fesd_robot.robot.load import load_robot, load_scaled, with_frames, with_joint_properties
+    from fesd_robot.robot.load import (
+        load_robot,
+        load_scaled,
+        with_frames,
+        with_gravity,
+        with_joint_properties,
+        with_limit_surfaces,
+    )
     from fesd_robot.robot.lock import lock_joints
     from fesd_robot.robot.manifold import configuration_derivative, difference, integrate
     from fesd_robot.robot.orientations import (
@@ -124,6 +134,7 @@ if TYPE_CHECKING:
     from fesd_robot.robot.robot import Robot
     from fesd_robot.robot.root import (
         FLYER_HEIGHT,
+        PLANAR_VELOCITY_NAMES,
         ROOT_HEIGHT,
         ROOT_PITCH,
         SAGITTAL_NAMES,
@@ -169,7 +180,14 @@ else:
             "fesd_robot.robot.joints": ["Prismatic"],
             "fesd_robot.robot.kinematics": ["center_of_mass", "frame_jacobian", "frame_placement", "frame_velocity"],
             "fesd_robot.robot.library": ["PREFIX", "example_robots", "examples_folder"],
-            "fesd_robot.robot.load": ["load_robot", "load_scaled", "with_frames", "with_joint_properties"],
+            "fesd_robot.robot.load": [
+                "load_robot",
+                "load_scaled",
+                "with_frames",
+                "with_gravity",
+                "with_joint_properties",
+                "with_limit_surfaces",
+            ],
             "fesd_robot.robot.lock": ["lock_joints"],
             "fesd_robot.robot.manifold": ["configuration_derivative", "difference", "integrate"],
             "fesd_robot.robot.orientations": [
@@ -192,6 +210,7 @@ else:
                 "ROOT_HEIGHT",
                 "ROOT_PITCH",
                 "Root",
+                "PLANAR_VELOCITY_NAMES",
                 "SAGITTAL_NAMES",
                 "STANDARD_GRAVITY",
                 "changes_alone",

@@ -53,8 +53,9 @@ def beside(robot: Robot, bodies: Mapping[str, Robot], places: Mapping[str, np.nd
         limit_notes |= {(kind, name_on(name, joint)): text for (kind, joint), text in body.limit_notes.items()}
         for joint, made_of in _composites(body):
             composites[name_on(name, joint)] = [name_on(name, part) for part in made_of]
-    for array in _JOINT_ARRAYS:  # of which Pinocchio forgets some
+    for array in _JOINT_ARRAYS:  # of which Pinocchio forgets some, as it forgets gravity
         setattr(model, array, np.concatenate([getattr(part.model, array) for part in parts]))
+    model.gravity = robot.model.gravity
     merged = robot_from_model(
         ModelFile(
             model,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -243,6 +243,35 @@ def with_joint_properties(
         limits = _replaced("dry friction", limits, targets, dry_friction)
     model.lowerDryFrictionLimit, model.upperDryFrictionLimit = -limits, limits
     return replace(robot, model=model, notes=notes)
+
+
+def with_gravity(robot: Robot, gravity: Sequence[float]) -> Robot:
+    """Return the same robot where everything falls with another acceleration.
+
+    Args:
+        robot: stays as it is.
+        gravity: along the axes of the world, m/s2, (3).
+    """
+    model = robot.model.copy()
+    model.gravity.linear = np.array(gravity, dtype=float)
+    return replace(robot, model=model)
+
+
+def with_limit_surfaces(robot: Robot, surfaces: Mapping[str, Mapping[str, float]]) -> Robot:
+    """Return the same robot with limit surfaces under what slides and turns.
+
+    Args:
+        robot: stays as it is.
+        surfaces: name -> name of a velocity coordinate -> largest friction along it alone, N or N m.
+    """
+    if not surfaces:
+        return robot
+    model, limits = robot.model.copy(), robot.dry_friction_limits
+    for axes in surfaces.values():
+        for name, limit in axes.items():
+            limits[robot.velocity_names.index(name)] = limit
+    model.lowerDryFrictionLimit, model.upperDryFrictionLimit = -limits, limits
+    return replace(robot, model=model, limit_surfaces={name: tuple(axes) for name, axes in surfaces.items()})
 
 
 def with_frames(robot: Robot, places: Mapping[str, tuple[str, np.ndarray]]) -> Robot:

@@ -57,6 +57,8 @@ class Robot:
         lengths: name of a link whose lengths are not those of the file -> factor on them.
         bodies: name -> the same for every free body beside it, which is a part of the model and of all names here, but
             not of the shapes.
+        limit_surfaces: name -> names of the velocity coordinates whose dry friction is bounded by one ellipsoid, with
+            the limits F of these for its axes.
     """
 
     name: str
@@ -83,6 +85,7 @@ class Robot:
     limit_notes: LimitNotes = field(default_factory=dict, repr=False)
     lengths: Mapping[str, float] = field(default_factory=dict, repr=False)
     bodies: Mapping[str, Robot] = field(default_factory=dict, repr=False)
+    limit_surfaces: Mapping[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
 
     def frame_id(self, name: str) -> int:
         """Return Pinocchio's index of the frame called `name`; a link or site goes before a joint of the same name.

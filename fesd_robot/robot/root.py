@@ -29,6 +29,10 @@ SAGITTAL_NAMES = ("root_x", ROOT_HEIGHT, ROOT_PITCH)
 """Coordinates of a sagittal root: forward, m, up, m, and nose down, rad about +y."""
 
 
+PLANAR_VELOCITY_NAMES = (f"{ROOT_JOINT}.vx", f"{ROOT_JOINT}.vy", f"{ROOT_JOINT}.wz")
+"""Velocity coordinates of a planar root: along the axes of what moves, m/s, and its turn, rad/s."""
+
+
 def make_root_joint(root: Root) -> pin.JointModel | None:
     """Return the joint between the world and the first link, None for a fixed one."""
     if root == "planar":

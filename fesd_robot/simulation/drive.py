@@ -102,7 +102,7 @@ def drive(physics: NumericPhysics, q: np.ndarray, v: np.ndarray, schedule: Contr
     for interval, control in enumerate(schedule.controls):
         start, end = (float(time) for time in schedule.times[interval : interval + 2])
         law = ContactLaw(physics, control)
-        recorder = _Recorder(result, start, interval, control)
+        recorder = _Recorder(result, start, interval, control, physics.rubbing.firsts)
         segments = Segments(physics, result.configuration, control, law, taken=recorder.step)
         if contacts is None:
             begin = law.begin(q, v, np.zeros(len(physics.friction), dtype=bool))
@@ -137,12 +137,14 @@ class _Recorder:
         start: of the interval, s.
         interval: its number.
         control: its controls, (n_u).
+        firsts: joints whose changes count, `DryFriction.firsts`.
     """
 
     result: SimulatedMotion
     start: float
     interval: int
     control: np.ndarray
+    firsts: frozenset[int]
 
     def step(self, start: float, end: float, states: States, contacts: Contacts) -> None:
         """Add a step of the integrator; those without a length are none."""
@@ -161,7 +163,7 @@ class _Recorder:
     def event(self, event: Event) -> None:
         """Add an event."""
         self.result.switches += event.switches(self.start)
-        self.result.joint_switches += event.joint_switches(self.start)
+        self.result.joint_switches += event.joint_switches(self.start, self.firsts)
         if event.impact:
             time, pieces = self.start + event.time, len(self.result.pieces)
             self.result.hits.append(Hit(time, self.interval, event.configuration, event.velocity, event.impact, pieces))

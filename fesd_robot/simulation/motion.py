@@ -86,6 +86,7 @@ class _Samples:
             piece.contacts.ground,
             piece.contacts.joints,
             piece.contacts.headings,
+            piece.contacts.joint_headings,
         )
         start = hit.configuration, hit.before
         self._append(hit.time, *start, flying, piece.interval, piece.control, np.nan * hit.before, 0.0)
@@ -136,7 +137,8 @@ class _Samples:
         acceleration: np.ndarray | None,
         weight: float,
     ) -> None:
-        dynamics = contact_dynamics(self._physics, q, v, control, contacts.headings).in_joint_modes(contacts.joints)
+        dynamics = contact_dynamics(self._physics, q, v, control, contacts.headings, contacts.joint_headings)
+        dynamics = dynamics.in_joint_modes(contacts.joints)
         found, force = motion_in_modes(dynamics, contacts.modes)
         self._rows.append(
             {

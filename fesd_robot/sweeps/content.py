@@ -1,4 +1,4 @@
-"""A task with all files that it names, by content, so that a machine without them can plan it."""
+"""Tasks with all files that they name, by content, so that a machine without them can plan them."""
 
 from __future__ import annotations
 
@@ -22,62 +22,67 @@ LARGEST = 200_000_000
 
 @dataclass(frozen=True)
 class TaskContent:
-    """A task file and the files that it names.
+    """Task files and the files that they name.
 
     Args:
-        task: path of the task file among them.
+        tasks: name of a task -> path of its file among them.
         files: path -> content; paths are relative, to each other as they were.
-        overrides: ``key=value`` of files that the task names by paths of the sender.
+        overrides: name of a task -> ``key=value`` of files that it names by paths of the sender.
     """
 
-    task: str
+    tasks: Mapping[str, str]
     files: Mapping[str, bytes]
-    overrides: tuple[str, ...] = ()
+    overrides: Mapping[str, tuple[str, ...]]
 
     @cached_property
     def identity(self) -> str:
         """A hash of all."""
-        digest = hashlib.sha256(self.task.encode())
+        digest = hashlib.sha256(json.dumps(list(self.tasks.items())).encode())
         for name, content in sorted(self.files.items()):
             digest.update(f"\0{name}\0".encode() + hashlib.sha256(content).digest())
         return digest.hexdigest()
 
-    def unpacked(self, folder: Path) -> Path:
-        """Write all files into a folder, and return the task file there."""
+    def unpacked(self, folder: Path) -> dict[str, Path]:
+        """Write all files into a folder, and return name of a task -> its file there."""
         for name, content in self.files.items():
             file = folder / name
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(content)
-        return folder / self.task
+        return {name: folder / path for name, path in self.tasks.items()}
 
 
-def content_of(tasks: Sequence[Task]) -> TaskContent:
-    """Return a task file and the files that it names, with the meshes of its models.
+def content_of(tasks: Mapping[str, Sequence[Task]]) -> TaskContent:
+    """Return task files and the files that they name, with the meshes of their models.
 
     Args:
-        tasks: loaded from one file, each with other files that are to go along; a robot of the package
-            example-robot-data is named, not sent.
+        tasks: name -> what is loaded from the file of a task, each with other files that are to go along; a robot of
+            the package example-robot-data is named, not sent.
 
     Raises:
-        TaskError: a file that it names is not there, or all are too large to be sent.
+        TaskError: a file that one names is not there, or all are too large to be sent.
     """
-    file = tasks[0].origins.file
-    assert file is not None, "a task of a sweep comes from a file"
-    own, named, moved = _absolute(file), set[Path](), dict[str, Path]()
-    for task in tasks:
-        for key, written, path in _named(task):
-            named.add(_absolute(path))
-            if Path(written).is_absolute():
-                moved[key] = _absolute(path)
-            if key.endswith("model"):
-                named.update(map(_absolute, _beside(path, task.folder)))
+    own, named, moved = dict[str, Path](), set[Path](), dict[str, dict[str, Path]]()
+    for name, loaded in tasks.items():
+        file = loaded[0].origins.file
+        assert file is not None, "a task of a sweep comes from a file"
+        own[name], moved[name] = _absolute(file), {}
+        for task in loaded:
+            for key, written, path in _named(task):
+                named.add(_absolute(path))
+                if Path(written).is_absolute():
+                    moved[name][key] = _absolute(path)
+                if key.endswith("model"):
+                    named.update(map(_absolute, _beside(path, task.folder)))
     size = sum(each.stat().st_size for each in named)
     if size > LARGEST:
         raise TaskError(f"found {size / 1e6:.0f} MB of files, expected at most {LARGEST / 1e6:g} MB", file=file)
-    root = Path(os.path.commonpath([own.parent, *(each.parent for each in named)]))
-    files = {each.relative_to(root).as_posix(): each.read_bytes() for each in sorted({own, *named})}
-    overrides = tuple(f"{key}={json.dumps(os.path.relpath(path, own.parent))}" for key, path in moved.items())
-    return TaskContent(own.relative_to(root).as_posix(), files, overrides)
+    root = Path(os.path.commonpath([each.parent for each in (*own.values(), *named)]))
+    files = {each.relative_to(root).as_posix(): each.read_bytes() for each in sorted({*own.values(), *named})}
+    overrides = {
+        name: tuple(f"{key}={json.dumps(os.path.relpath(path, own[name].parent))}" for key, path in keys.items())
+        for name, keys in moved.items()
+    }
+    return TaskContent({name: path.relative_to(root).as_posix() for name, path in own.items()}, files, overrides)
 
 
 def _absolute(path: Path) -> Path:
@@ -135,10 +140,10 @@ class Unpacked:
 
     def __init__(self) -> None:
         self._folder: tempfile.TemporaryDirectory[str] | None = None
-        self._files: dict[str, Path] = {}
+        self._files: dict[str, dict[str, Path]] = {}
 
-    def file(self, content: TaskContent) -> Path:
-        """Return the task file of a content."""
+    def files(self, content: TaskContent) -> dict[str, Path]:
+        """Return name of a task -> its file, of a content."""
         if content.identity not in self._files:
             self._folder = self._folder or tempfile.TemporaryDirectory(prefix="fesd-robot-sweep-")
             self._files[content.identity] = content.unpacked(Path(self._folder.name) / content.identity[:16])

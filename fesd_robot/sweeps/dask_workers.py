@@ -31,7 +31,7 @@ def own_version() -> str:
 
 
 def unchanged(content: TaskContent) -> TaskContent:
-    """Return a task as it is: once on the cluster, it goes from worker to worker."""
+    """Return tasks as they are: once on the cluster, they go from worker to worker."""
     return content
 
 
@@ -50,8 +50,8 @@ def answered(work: Work, orders: Sequence[Order], content: TaskContent, version:
             _here.worker.end()
         _here.worker, _here.work = Planner(work), work
     with _unpacking:
-        task = _unpacked.file(content)
-    return [_here.worker.answer(order, task) for order in orders]
+        tasks = _unpacked.files(content)
+    return [_here.worker.answer(order, tasks[order.task]) for order in orders]
 
 
 def answers_of(numbers: Sequence[int], future: Any) -> list[Answer]:

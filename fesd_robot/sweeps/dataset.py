@@ -35,7 +35,7 @@ def write_dataset(table: SweepTable, rate: float) -> Path:
         the folder of the data set.
 
     Raises:
-        SweepError: no solved plan is kept, or pyarrow is not installed.
+        SweepError: no solved plan is kept, they are of robots with other coordinates, or pyarrow is not installed.
     """
     try:
         import pyarrow as pa
@@ -49,9 +49,16 @@ def write_dataset(table: SweepTable, rate: float) -> Path:
     file = table.folder / DATA_FILE
     file.parent.mkdir(parents=True, exist_ok=True)
     part, writer, known = file.with_name(f"{file.name}.part"), None, 0
+    names: list[str] = []
     try:
         for episode, row in enumerate(rows):
             plan = read_plan(table.folder / row["plan"])
+            names = names or _names_of(plan)
+            if _names_of(plan) != names:
+                raise SweepError(
+                    f"{table.folder}: found a plan of {', '.join(_names_of(plan))} in row {row['number']}, expected "
+                    f"{', '.join(names)}, as in the first one: a data set is of one robot"
+                )
             samples = pa.table(_samples(plan, rate, episode, known))
             writer = writer or pq.ParquetWriter(part, samples.schema)
             writer.write_table(samples)
@@ -62,6 +69,10 @@ def write_dataset(table: SweepTable, rate: float) -> Path:
     os.replace(part, file)
     write_atomically(table.folder / INFO_FILE, _info(plan, rate, rows, known).encode())
     return table.folder / "dataset"
+
+
+def _names_of(plan: Plan) -> list[str]:
+    return [*plan.trajectory.configuration, *(name for name in plan.controls if name != "time")]
 
 
 def _samples(plan: Plan, rate: float, episode: int, known: int) -> dict[str, Any]:

@@ -24,6 +24,10 @@ class Executor(Protocol):
     """Makes plans, several at once."""
 
     @property
+    def workers(self) -> int:
+        """How many orders are worked at just now at most; others lie ready."""
+
+    @property
     def room(self) -> int:
         """How many more orders it takes just now."""
 
@@ -51,13 +55,13 @@ class LocalProcesses:
 
     Args:
         work: what each does.
-        content: the task.
+        content: the tasks.
         jobs: how many work at once.
     """
 
     def __init__(self, work: Work, content: TaskContent, jobs: int) -> None:
         self._unpacked = Unpacked()
-        self._task = self._unpacked.file(content)
+        self._tasks = self._unpacked.files(content)
         self._workers = [Planner(work) for _ in range(jobs)]
         self._orders: queue.SimpleQueue[Order | None] = queue.SimpleQueue()
         self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
@@ -67,6 +71,11 @@ class LocalProcesses:
         ]
         for thread in self._threads:
             thread.start()
+
+    @property
+    def workers(self) -> int:
+        """How many orders are worked at at most."""
+        return len(self._workers)
 
     @property
     def room(self) -> int:
@@ -102,7 +111,7 @@ class LocalProcesses:
         while (order := orders.get()) is not None:
             if orders is not self._orders:
                 return
-            self._answers.put(worker.answer(order, self._task))
+            self._answers.put(worker.answer(order, self._tasks[order.task]))
 
 
 def drained(answers: queue.SimpleQueue[Answer], seconds: float) -> list[Answer]:
@@ -121,7 +130,7 @@ class DaskCluster:
 
     Args:
         work: what each process does; a function of a module that workers can import.
-        content: the task.
+        content: the tasks.
         scheduler: address of its scheduler, ``tcp://HOST:PORT``; None for a cluster on this machine.
         jobs: workers of a cluster on this machine.
 
@@ -138,13 +147,17 @@ class DaskCluster:
         self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
         self._waiting: list[Order] = []
         self._running: dict[int, object] = {}
-        self._token, self._mean = os.urandom(4).hex(), SECONDS_OF_A_TASK
+        self._token, self._mean, self._sent = os.urandom(4).hex(), SECONDS_OF_A_TASK, 0
+
+    @property
+    def workers(self) -> int:
+        """How many threads the workers have just now."""
+        return self._distributed.threads(self._client)
 
     @property
     def room(self) -> int:
         """How many more orders it takes just now: as many as work at once lie ready."""
-        threads = self._distributed.threads(self._client)
-        return max((2 * threads + 2) * self._together - len(self._running), 0)
+        return max((2 * self.workers + 2) * self._together - len(self._running), 0)
 
     @property
     def running(self) -> Sequence[int]:
@@ -183,13 +196,14 @@ class DaskCluster:
         if not orders:
             return
         numbers = [order.number for order in orders]
+        self._sent += 1  # a row that is ordered once more is another task of Dask
         future = self._client.submit(
             self._distributed.answered,
             self._work,
             orders,
             self._content,
             self._distributed.own_version(),
-            key=f"row-{numbers[0]}-{self._token}",
+            key=f"row-{numbers[0]}-{self._sent}-{self._token}",
             pure=False,
         )
         self._running.update(dict.fromkeys(numbers, future))

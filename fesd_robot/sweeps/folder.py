@@ -55,6 +55,7 @@ class SweepRecord:
             "total": self.total,
             "inputs": {key: kind.__name__ for key, kind in self.columns.inputs.items()},
             "ends": list(self.columns.ends),
+            "measures": {name: kind.__name__ for name, kind in self.columns.measures.items()},
             "sweep": self.told,
         }
         return json.dumps(own, indent=1) + "\n"
@@ -139,7 +140,10 @@ def read_record(folder: Path) -> SweepRecord | None:
         return None
     try:
         told = json.loads(file.read_text(encoding="utf-8"))
-        columns = Columns({key: _TYPES[kind] for key, kind in told["inputs"].items()}, tuple(told["ends"]))
+        inputs, measures = (
+            {name: _TYPES[kind] for name, kind in told.get(part, {}).items()} for part in ("inputs", "measures")
+        )
+        columns = Columns(inputs, tuple(told["ends"]), measures)
         return SweepRecord(told["name"], told["identity"], told["version"], int(told["total"]), columns, told["sweep"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise SweepError(f"{file}: found no record of a sweep ({error}), expected one of fesd-robot sweep") from error

@@ -90,6 +90,7 @@ class Order:
         keep: whether the plan is sent back if it is solved, or also if it is not.
         cheaper_than: cost from which on a solved plan need not be sent back.
         start: the plan of another row to begin from.
+        task, case: names of the task and of the case, as in the sweep.
         home: folder of the task file where it was ordered, which its plan names; nothing is looked for there.
     """
 
@@ -99,6 +100,8 @@ class Order:
     keep: str = "none"
     cheaper_than: float | None = None
     start: Start | None = None
+    task: str = ""
+    case: str = ""
     home: str = ""
 
 

@@ -24,7 +24,8 @@ from fesd_robot.writing import write_atomically
 MOST_ROWS = 10_000
 """Rows on the page; of more, every so manieth."""
 
-_SHOWN = ("verdict", "cost", "work", "time", "flights", "slides", "iterations", "seconds", "memory", "start", "message")
+_SHOWN = ("verdict", "cost", "work", "time", "flights", "slides", "iterations", "seconds", "memory", "start",
+          "abandoned", "message")  # fmt: skip
 _SCRIPTS = ("cells", "plots", "table", "page")
 
 
@@ -71,21 +72,27 @@ def _shown(value: Any) -> Any:
 
 
 def _continuation(rows: Iterable[Mapping[str, Any]]) -> str:
-    """Return what plans that begin from the nearest row took, and the others, if there are such."""
-    taken: dict[bool, list[tuple[int, float]]] = {True: [], False: []}
+    """Return what plans that begin from the nearest row took, those that did so in vain, and the others, if any did."""
+    taken: dict[str, list[tuple[int, float]]] = {"start": [], "abandoned": [], "": []}
     for row in rows:
         if row["iterations"] is not None:
-            taken[row["start"] is not None].append((row["iterations"], row["seconds"]))
-    if not taken[True]:
+            kind = next((name for name in ("start", "abandoned") if row[name] is not None), "")
+            taken[kind].append((row["iterations"], row["seconds"]))
+    begun, vain, alone = taken["start"], taken["abandoned"], taken[""]
+    if not begun and not vain:
         return ""
-    words = {}
-    for begun, values in taken.items():
-        iterations, seconds = np.median(values, axis=0) if values else (np.nan, np.nan)
-        words[begun] = f"{iterations:.4g} iterations and {seconds:.3g} s"
     return (
-        f"<p>{len(taken[True])} of {len(taken[True]) + len(taken[False])} plans begin from the solved plan of the "
-        f"nearest row: median {words[True]}; the others begin from the task alone: {words[False]}.</p>"
+        f"<p>{len(begun)} of {len(begun) + len(vain) + len(alone)} plans begin from the solved plan of the nearest "
+        f"row: {_median(begun)}; {len(vain)} did so in vain and begin from the task alone, both counted: "
+        f"{_median(vain)}; {len(alone)} have begun from the task alone: {_median(alone)}.</p>"
     )
+
+
+def _median(taken: list[tuple[int, float]]) -> str:
+    if not taken:
+        return "–"
+    iterations, seconds = np.median(taken, axis=0)
+    return f"median {iterations:.4g} iterations and {seconds:.3g} s"
 
 
 def _compared(folder: SweepFolder, against: Path) -> str:

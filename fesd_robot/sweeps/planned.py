@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from fesd_robot.planning.planner import plan
 from fesd_robot.plans import PAGE_FILE, Plan, write_into
 from fesd_robot.plans.results_folder import PLAN_FILE
 from fesd_robot.render import write_page
-from fesd_robot.running import Deadline, held_to
+from fesd_robot.running import Deadline, held_deadline, held_to
 from fesd_robot.sweeps.order import Answer, Order, Start, Verdict
 from fesd_robot.sweeps.scales import with_scales
 from fesd_robot.task import Task, load_task
@@ -21,34 +22,59 @@ from fesd_robot.task import Task, load_task
 CONTINUED = ("solver.effort=quick", "solver.retries=0")
 """Settings of a plan that begins from another one: it keeps that one's sequence of contacts."""
 
+CONTINUED_SHARE = 0.5
+"""Part of the time limit of a row for the plan that begins from another one."""
 
-def planned(order: Order, task_file: Path) -> Answer:
+
+def planned(order: Order, task_file: Path, measure: Callable[[Plan], Mapping[str, Any]] | None = None) -> Answer:
     """Plan a task with the values of a row.
 
     Args:
         order: the values.
         task_file: the task, which its own files lie around.
+        measure: plan -> values of further columns of the table; a function of a module.
 
     Raises:
         FesdRobotError: the task is not valid with these values.
     """
-    overrides = with_scales(task_file, order.overrides)
-    start, tried = order.start, None
-    with held_to(Deadline(order.limits.seconds)):
-        task = load_task(task_file, overrides)
-        if start:
-            tried = _continued(start, load_task(task_file, [*overrides, *CONTINUED]), task_file.parent)
-        continued = tried is not None and _keeps_the_sequence(tried)
-        result = tried if tried and continued else plan(task)
+    clock, overrides = Deadline(), with_scales(task_file, order.overrides)
+    task = load_task(task_file, overrides)
+    limits = [seconds for seconds in (order.limits.seconds, task.solver.time_limit) if seconds is not None]
+    with held_to(Deadline(min(limits, default=None), clock.spent)):
+        begun = _begun_from(order.start, task_file, overrides) if order.start else None
+        kept = begun is not None and _keeps_the_sequence(begun)
+        alone = None if kept else plan(task)
+    result = begun if begun and (alone is None or (begun.status.solved and not alone.status.solved)) else alone
+    assert result is not None
     verdict = Verdict.SOLVED if result.status.solved else Verdict.NOT_SOLVED
-    values = {**values_of(result), "start": start.number if start and continued else None}
-    if tried and not continued:
-        values["iterations"] += values_of(tried)["iterations"]
-    kept = order.keep == "all" or (result.status.solved and order.keep != "none")
+    values = values_of(result) | _counted(order.start, begun, alone, result)
+    if measure is not None:
+        values |= measure(result)
+    wanted = order.keep == "all" or (result.status.solved and order.keep != "none")
     if order.cheaper_than is not None and result.statistics.objective >= order.cheaper_than:
-        kept = False
-    files = _files(result, task, order) if kept else {}
+        wanted = False
+    files = _files(result, task, order) if wanted else {}
     return Answer(order.number, verdict, values, result.status.message, files=files)
+
+
+def _begun_from(start: Start, task_file: Path, overrides: Sequence[str]) -> Plan | None:
+    """Return the plan that begins from another row's, in half of the time that is left, so that its task has the rest.
+
+    Returns:
+        None where that plan cannot be begun from.
+    """
+    held = held_deadline()
+    with held_to(held.share(CONTINUED_SHARE) if held else Deadline()):
+        return _continued(start, load_task(task_file, [*overrides, *CONTINUED]), task_file.parent)
+
+
+def _counted(start: Start | None, begun: Plan | None, alone: Plan | None, result: Plan) -> dict[str, Any]:
+    """Return the columns that say from which row a plan begins, or began in vain, and what both plans took."""
+    if start is None:
+        return {}
+    both = [values_of(each)["iterations"] for each in (begun, alone) if each is not None]
+    from_start = {"start": start.number} if result is begun else {"abandoned": start.number}
+    return {**from_start, "iterations": sum(both), "abandoned_iterations": None if result is begun else sum(both[:-1])}
 
 
 def _continued(start: Start, task: Task, folder: Path) -> Plan | None:

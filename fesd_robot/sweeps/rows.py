@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fesd_robot.sweeps.schema import Spread, Sweep
+from fesd_robot.sweeps.schema import CASE, TASK, Spread, Sweep
 
 _DIGITS = 12
 """Of values of a range: 0.42, not 0.42000000000000004."""
@@ -33,12 +33,14 @@ class Rows:
     def __init__(self, sweep: Sweep) -> None:
         self._sweep = sweep
         self._values = {key: _listed(sweep, key, values) for key, values in sweep.vary.items()}
+        if sweep.cases:
+            self._values[CASE] = list(sweep.cases)
         counts = {key: len(values) for key, values in self._values.items()}
         if sweep.combine == "zip" and len(set(counts.values())) > 1:
             first = next(iter(counts))
             other = next(key for key in counts if counts[key] != counts[first])
             raise sweep.error(
-                ("vary", other),
+                ("cases",) if other == CASE else ("vary", other),
                 f"found {counts[other]} values, and {counts[first]} of '{first}', expected equally many with combine: "
                 "zip",
             )
@@ -50,7 +52,7 @@ class Rows:
 
     @property
     def keys(self) -> list[str]:
-        """The keys that vary."""
+        """The keys that vary, ``task`` and ``case`` among them where these do."""
         return list(self._values)
 
     def values(self, key: str) -> Sequence[Any]:
@@ -66,6 +68,32 @@ class Rows:
             number, index = divmod(number, len(values))
             chosen[key] = values[index]
         return dict(reversed(chosen.items()))
+
+    def task(self, number: int) -> str:
+        """Return the task of a row, as it is written in the sweep."""
+        inputs = self.inputs(number)
+        named = inputs.get(TASK) or self._sweep.cases.get(inputs.get(CASE, ""), {}).get(TASK) or self._sweep.task
+        assert named is not None, "a sweep has a task for every row"
+        return str(named)
+
+    def values_of_task(self, number: int) -> dict[str, Any]:
+        """Return key of the task -> value of a row, those of its case among them."""
+        inputs = self.inputs(number)
+        case = self._sweep.cases.get(inputs.pop(CASE, ""), {})
+        return {key: value for key, value in (case | inputs).items() if key != TASK}
+
+    @cached_property
+    def first_rows(self) -> dict[str, int]:
+        """Every task with the number of its first row."""
+        key = TASK if TASK in self._values else CASE
+        if key not in self._values:
+            return {self.task(0): 0}
+        later = list(self._counts.values())[list(self._counts).index(key) + 1 :]
+        stride = 1 if self._sweep.combine == "zip" else math.prod(later)
+        found: dict[str, int] = {}
+        for index in range(self._counts[key]):
+            found.setdefault(self.task(index * stride), index * stride)
+        return found
 
     @cached_property
     def places(self) -> np.ndarray:

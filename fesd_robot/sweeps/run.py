@@ -25,10 +25,12 @@ from fesd_robot.sweeps.order import Answer, Limits, Order, Start, State, Verdict
 from fesd_robot.sweeps.page import write_sweep_page
 from fesd_robot.sweeps.planned import planned
 from fesd_robot.sweeps.rows import Rows, as_overrides
-from fesd_robot.sweeps.schema import Sweep, load_sweep
+from fesd_robot.sweeps.scales import with_scales
+from fesd_robot.sweeps.schema import CASE, TASK, Sweep, load_sweep
 from fesd_robot.sweeps.settings import MOST_ROWS, SweepSettings
 from fesd_robot.sweeps.table import Columns, SweepTable, type_of
 from fesd_robot.sweeps.tally import Tally
+from fesd_robot.task import Task, load_task
 
 logger = logging.getLogger(__name__)
 
@@ -78,17 +80,19 @@ def swept(
     settings: SweepSettings,
     work: Work,
     on_progress: Callable[[Tally], None] | None = None,
+    measures: Mapping[str, type] | None = None,
 ) -> SweepTable:
     """Do work for every row of a sweep, as `sweep` does.
 
     Args:
         loaded, out, settings, on_progress: as there.
         work: makes the plan of a row, or what stands for it; a function of a module.
+        measures: further columns that it answers with -> type.
     """
     rows = Rows(loaded)
     _check(loaded, rows, settings)
-    content, ends = first_task(loaded)
-    columns = Columns({key: type_of(rows.values(key)) for key in rows.keys}, ends)
+    content, ends = checked_tasks(loaded)
+    columns = Columns({key: type_of(rows.values(key)) for key in rows.keys}, ends, measures or {})
     told = loaded.model_dump(mode="json", exclude_unset=True, exclude={"name"})
     identity = _hash(content.identity, told, fesd_robot.__version__)
     record = SweepRecord(loaded.name or "sweep", identity, fesd_robot.__version__, len(rows), columns, told)
@@ -113,41 +117,62 @@ def _check(loaded: Sweep, rows: Rows, settings: SweepSettings) -> None:
         raise loaded.error(
             ("warm",), f"found keep '{settings.keep}', expected 'all' or 'solved': rows begin from plans that are kept"
         )
+    if loaded.warm == "nearest" and len(rows.first_rows) > 1:
+        raise loaded.error(
+            ("warm",), f"found {len(rows.first_rows)} tasks, expected one: plans of others are nothing to begin from"
+        )
 
 
-def first_task(loaded: Sweep) -> tuple[TaskContent, tuple[str, ...]]:
-    """Return the task with its files, and the columns of its end, after checking its first and its last row.
+def checked_tasks(loaded: Sweep) -> tuple[TaskContent, tuple[str, ...]]:
+    """Return the tasks with their files, and the columns of their ends, after checking some rows.
+
+    Rows that are checked: the first one of every task, and the last one.
 
     Raises:
-        TaskError: the task is not valid with their values.
+        TaskError: a task is not valid with their values.
     """
     from fesd_robot.ocp import load_task_robot
-    from fesd_robot.sweeps.scales import with_scales
-    from fesd_robot.task import load_task
 
-    rows, file, fixed = Rows(loaded), loaded.task_file, as_overrides(loaded.set)
-    for number in dict.fromkeys((0, len(rows) - 1)):
-        inputs = rows.inputs(number)
+    rows, ends = Rows(loaded), dict[str, None]()
+    for number in dict.fromkeys((*rows.first_rows.values(), len(rows) - 1)):
         try:
-            task = load_task(file, with_scales(file, [*fixed, *as_overrides(inputs)]))
-            task, robot = load_task_robot(task)
+            _, robot = load_task_robot(_task_of(loaded, rows.task(number), rows.values_of_task(number)))
         except FesdRobotError as error:
-            raise _told_of_sweep(loaded, inputs, error) from error
-    tasks = [load_task(file), load_task(file, with_scales(file, fixed))]
-    for key in (key for key in rows.keys if key in FILE_KEYS or key.endswith(".model")):
-        values = (as_overrides({key: value}) for value in rows.values(key))
-        tasks += [load_task(file, with_scales(file, [*fixed, *each])) for each in values]
-    return content_of(tasks), tuple(f"end.{name}" for name in robot.configuration_names)
+            raise _told_of_sweep(loaded, rows, number, error) from error
+        ends |= dict.fromkeys(f"end.{name}" for name in robot.configuration_names)
+    return content_of({name: _with_files(loaded, rows, name) for name in rows.first_rows}), tuple(ends)
 
 
-def _told_of_sweep(loaded: Sweep, inputs: Mapping[str, Any], error: FesdRobotError) -> FesdRobotError:
+def _task_of(loaded: Sweep, name: str, values: Mapping[str, Any]) -> Task:
+    """Return a task with what is set, and with further values."""
+    file = loaded.file_of(name)
+    return load_task(file, with_scales(file, as_overrides({**loaded.set, **values})))
+
+
+def _with_files(loaded: Sweep, rows: Rows, name: str) -> list[Task]:
+    """Return a task as it is, as it is set, and with every file that varies in it."""
+    tasks = [load_task(loaded.file_of(name)), _task_of(loaded, name, {})]
+    varied = [(key, value) for key in rows.keys if _is_file(key) for value in rows.values(key)]
+    for case in loaded.cases.values():
+        if case.get(TASK, name) == name:
+            varied += [(key, value) for key, value in case.items() if _is_file(key)]
+    return tasks + [_task_of(loaded, name, {key: value}) for key, value in varied]
+
+
+def _is_file(key: str) -> bool:
+    return key in FILE_KEYS or key.endswith(".model")
+
+
+def _told_of_sweep(loaded: Sweep, rows: Rows, number: int, error: FesdRobotError) -> FesdRobotError:
     """Return an error about a task as one about the sweep, where a key of the sweep has led to it."""
-    key = getattr(error, "key", None) or ""
-    for section, keys in (("vary", inputs), ("set", loaded.set)):
-        for own in keys:
-            if key == own or key.startswith(f"{own}.") or f"--set {own}=" in str(error):
-                message = error.message if isinstance(error, TaskError) else str(error)
-                return loaded.error((section, own), message.partition(" (from --set")[0])
+    key, inputs = getattr(error, "key", None) or "", rows.inputs(number)
+    case = inputs.get(CASE, "")
+    written = [("vary", own) for own in inputs] + [("set", own) for own in loaded.set]
+    for place in (*[("cases", case, own) for own in loaded.cases.get(case, {})], *written):
+        own = place[-1]
+        if key == own or key.startswith(f"{own}.") or f"--set {own}=" in str(error):
+            message = error.message if isinstance(error, TaskError) else str(error)
+            return loaded.error(place, message.partition(" (from --set")[0])
     return error
 
 
@@ -169,18 +194,20 @@ class _Driver:
         loaded, rows: the sweep.
         folder: where it goes.
         settings: how it is run.
-        content: the task.
+        content: the tasks.
     """
 
     def __init__(
         self, loaded: Sweep, rows: Rows, folder: SweepFolder, settings: SweepSettings, content: TaskContent
     ) -> None:
         self._sweep, self._rows, self._folder, self._settings = loaded, rows, folder, settings
-        self._home = str(loaded.task_file.parent.absolute())
-        self._fixed = (*content.overrides, *as_overrides(loaded.set))
+        self._homes = {name: str(loaded.file_of(name).parent.absolute()) for name in rows.first_rows}
+        self._files = content.overrides
         self._best: tuple[float, int] | None = None
         self._next_file, self._limits = time.monotonic() + _LEAST_PAUSE, self._limits_of(settings)
         self._done, self._tally = bytearray(len(rows)), Tally(len(rows))
+        self._starts: dict[int, int] = {}
+        self._abandoned: dict[int, tuple[int, float]] = {}
 
     def run(self, executor: Executor, on_progress: Callable[[Tally], None]) -> None:
         """Do all rows that are not there yet."""
@@ -188,14 +215,16 @@ class _Driver:
         try:
             more = True
             while more or executor.running:
-                while more and executor.room > 0:
+                while more and self._room(executor) > 0:
                     following = schedule.next()
                     if following is None:
                         more = False
                     else:
-                        executor.submit(self._order(*following))
+                        self._submit(executor, *following)
                 self._tally.running = len(executor.running)
                 for answer in executor.answers(_WAIT) if executor.running else []:
+                    if self._again_alone(answer, executor):
+                        continue
                     self._note(answer)
                     if answer.verdict is Verdict.SOLVED:
                         schedule.solved(answer.number)
@@ -212,6 +241,11 @@ class _Driver:
                 journal.rewritten(self._without_plan)
             journal.close()
             self._write_files()
+
+    def _room(self, executor: Executor) -> int:
+        """Return how many rows may be ordered; none lies ready where a plan that is solved meanwhile is its start."""
+        warm = self._sweep.warm == "nearest"
+        return executor.workers - len(executor.running) if warm else executor.room
 
     def _schedule(self) -> Schedule:
         """Return the order of the rows that are not there; rows to be done again go from the table."""
@@ -234,17 +268,36 @@ class _Driver:
             return FromNearest(self._rows.places, self._done, solved)
         return InTurn(len(self._rows), self._done)
 
+    def _submit(self, executor: Executor, number: int, start: int | None) -> None:
+        """Order a row, and remember which one it begins from."""
+        order = self._order(number, start)
+        if order.start is not None:
+            self._starts[number] = order.start.number
+        executor.submit(order)
+
+    def _again_alone(self, answer: Answer, executor: Executor) -> bool:
+        """Order a row from its task alone where the process that began from another one has failed."""
+        start = self._starts.pop(answer.number, None)
+        if start is None or answer.verdict.state is not State.FAILED or answer.verdict is Verdict.REFUSED:
+            return False
+        self._abandoned[answer.number] = (start, answer.seconds)
+        self._submit(executor, answer.number, None)
+        return True
+
     def _order(self, number: int, start: int | None) -> Order:
         plan = None if start is None else self._folder.plan_of(start)
-        keep = self._settings.keep
+        keep, task = self._settings.keep, self._rows.task(number)
+        values = {**self._sweep.set, **self._rows.values_of_task(number)}
         return Order(
             number,
-            (*self._fixed, *as_overrides(self._rows.inputs(number))),
+            (*self._files[task], *as_overrides(values)),
             self._limits,
             "solved" if keep == "best" else keep,
             self._best[0] if keep == "best" and self._best else None,
             None if plan is None or start is None else Start(start, plan, str(self._folder.place(start).absolute())),
-            self._home,
+            task,
+            self._rows.inputs(number).get(CASE, ""),
+            self._homes[task],
         )
 
     def _note(self, answer: Answer) -> None:
@@ -265,14 +318,16 @@ class _Driver:
 
     def _append(self, answer: Answer, place: str = "") -> None:
         inputs = self._rows.inputs(answer.number)
+        begun, spent = self._abandoned.pop(answer.number, (None, 0.0))
         row = {
             "number": answer.number,
             **inputs,
             "identity": _hash(self._folder.record.identity, as_overrides(inputs))[:16],
             "state": answer.verdict.state.value,
             "verdict": answer.verdict.value,
+            "abandoned": begun,
             **answer.values,
-            "seconds": round(answer.seconds, 3),
+            "seconds": round(answer.seconds + spent, 3),
             "memory": None if answer.megabytes is None else round(answer.megabytes, 1),
             "message": answer.message,
             "plan": place,

@@ -1,9 +1,9 @@
-"""The sweep file: a task, what is the same in all of its plans, and what varies."""
+"""The sweep file: a task or several, what is the same in all plans, and what varies."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -84,22 +84,33 @@ Values = Annotated[
 """Values of a key: a list, or a range or random draws."""
 
 
+TASK, CASE = "task", "case"
+"""Columns of the task and of the case, where these vary."""
+
+
 class Sweep(Section):
-    """Many plans of one task, in which values of some keys differ."""
+    """Many plans of one task or of several, in which values of some keys differ."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")] | None = Field(
         default=None, description="Name of the sweep; default: that of its file."
     )
-    task: Annotated[str, Field(min_length=1)] = Field(
-        description="The task file, relative to this file, or the name of a task that comes with the program."
+    task: Annotated[str, Field(min_length=1)] | None = Field(
+        default=None,
+        description="The task file, relative to this file, or the name of a task that comes with the program; several "
+        "are listed under `vary`, or named by cases.",
     )
     set: dict[str, Any] = Field(
         default_factory=dict, description="Key of the task, as of --set -> its value in all plans."
     )
     vary: dict[str, Values] = Field(
-        min_length=1,
+        default_factory=dict,
         description="Key of the task, as of --set, or model.mass, model.length, model.effort or model.friction, a "
-        "factor -> its values: a list, a range or random draws.",
+        "factor -> its values: a list, a range or random draws; task -> a list of tasks.",
+    )
+    cases: dict[Annotated[str, Field(min_length=1)], dict[str, Any]] = Field(
+        default_factory=dict,
+        description="Name of a case -> keys of the task, as of --set, with their values, and perhaps `task`: what is "
+        "varied together under a name. Cases vary like the last key of `vary`.",
     )
     combine: Literal["product", "zip"] = Field(
         default="product",
@@ -120,18 +131,27 @@ class Sweep(Section):
         """Where each key came from."""
         return self._origins
 
-    @property
-    def task_file(self) -> Path:
-        """The task file; one relative to the sweep file goes before a task that comes with the program.
+    def file_of(self, task: str) -> Path:
+        """Return the file of a task; one relative to the sweep file goes before one that comes with the program.
+
+        Args:
+            task: as it is written in the sweep.
 
         Raises:
             TaskError: there is none.
         """
-        beside = self._origins.folder / self.task
+        beside = self._origins.folder / task
         try:
-            return beside if beside.is_file() else find_task(self.task)
+            return beside if beside.is_file() else find_task(task)
         except TaskError as error:
-            raise self._origins.error(("task",), str(error)) from error
+            raise self._origins.error(self._place_of(task), str(error)) from error
+
+    def _place_of(self, task: str) -> tuple[str, ...]:
+        """Return the key that names a task."""
+        cases = [name for name, case in self.cases.items() if case.get(TASK) == task]
+        if self.task == task:
+            return (TASK,)
+        return ("cases", cases[0], TASK) if cases else ("vary", TASK)
 
     def error(self, path: tuple[str, ...], message: str) -> TaskError:
         """Return the error about a key, with file and line."""
@@ -139,9 +159,32 @@ class Sweep(Section):
 
     @model_validator(mode="after")
     def _distinct(self) -> Sweep:
+        if not self.vary and not self.cases:
+            raise conflict(("vary",), "found an empty mapping, expected at least one entry, or cases")
         for key in self.vary:
             if key in self.set:
                 raise conflict(("set", key), "this key varies too, expected it in 'set' or in 'vary'")
+            for name, case in self.cases.items():
+                if key in case:
+                    raise conflict(("cases", name, key), "this key varies too, expected it in a case or in 'vary'")
+        return self
+
+    @model_validator(mode="after")
+    def _has_a_task(self) -> Sweep:
+        varied, named = self.vary.get(TASK), [case.get(TASK) for case in self.cases.values()]
+        if varied is not None and not (isinstance(varied, list) and all(isinstance(one, str) for one in varied)):
+            raise conflict(
+                ("vary", TASK), "expected a list of task files, or names of tasks that come with the program"
+            )
+        for name, task in zip(self.cases, named, strict=True):
+            if task is not None and not isinstance(task, str):
+                raise conflict(("cases", name, TASK), f"found {task!r}, expected a task file or the name of a task")
+        if self.task is not None and varied is not None:
+            raise conflict((TASK,), "the task varies too, expected it here or in 'vary'")
+        if self.task is None and varied is None and (not named or None in named):
+            raise conflict((TASK,), "found no task, expected one here, a list in 'vary', or one in every case")
+        if TASK in self.set:
+            raise conflict(("set", TASK), "found a task, expected it beside 'set'")
         return self
 
 
@@ -167,12 +210,22 @@ def load_sweep(sweep: str | Path | Mapping[str, Any]) -> Sweep:
         raise validation_error(error, origins, Sweep) from error
     loaded = loaded.model_copy(update={"name": loaded.name or name})
     loaded._origins = origins
-    for key, values in {**{key: [value] for key, value in loaded.set.items()}, **loaded.vary}.items():
-        for value in values if isinstance(values, list) else values.choice or []:
-            if not is_plain(value):
-                where = ("vary", key) if key in loaded.vary else ("set", key)
-                raise loaded.error(where, f"found {value!r}, expected a finite number, a text or a list of them")
+    for where, value in _written(loaded):
+        if not is_plain(value):
+            raise loaded.error(where, f"found {value!r}, expected a finite number, a text or a list of them")
     return loaded
+
+
+def _written(loaded: Sweep) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Yield every value that is written in a sweep, with its key."""
+    for key, value in loaded.set.items():
+        yield ("set", key), value
+    for name, case in loaded.cases.items():
+        for key, value in case.items():
+            yield ("cases", name, key), value
+    for key, values in loaded.vary.items():
+        for value in values if isinstance(values, list) else values.choice or []:
+            yield ("vary", key), value
 
 
 def is_plain(value: Any) -> bool:

@@ -37,6 +37,8 @@ RESULTS: Mapping[str, type] = {
     "seconds": float,
     "memory": float,
     "start": int,
+    "abandoned": int,
+    "abandoned_iterations": int,
     "message": str,
     "plan": str,
 }
@@ -53,14 +55,17 @@ class Columns:
     Args:
         inputs: key that varies -> type of its values; JSON of those that are neither numbers nor texts.
         ends: columns of where a motion ends, ``end.NAME`` each.
+        measures: further columns that are measured in plans -> type.
     """
 
     inputs: Mapping[str, type]
     ends: Sequence[str] = ()
+    measures: Mapping[str, type] = field(default_factory=dict)
     types: Mapping[str, type] = field(init=False)
 
     def __post_init__(self) -> None:
-        types = {"number": int, **self.inputs, "identity": str, **RESULTS, **dict.fromkeys(self.ends, float)}
+        ends = dict.fromkeys(self.ends, float)
+        types = {"number": int, **self.inputs, "identity": str, **RESULTS, **self.measures, **ends}
         object.__setattr__(self, "types", types)
 
     @property

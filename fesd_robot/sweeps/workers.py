@@ -9,18 +9,16 @@ import logging
 import multiprocessing
 import os
 import pickle
-import queue
 import signal
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import IO, Any
 
 import psutil
 
@@ -51,8 +49,6 @@ _FIRST_TO_GO = "1000"
 """oom_score_adj: of all processes, the system ends workers first where memory is short."""
 
 _STARTING = threading.Lock()
-
-Argument = TypeVar("Argument")
 
 
 @dataclass(frozen=True)
@@ -152,39 +148,6 @@ class Worker:
         return self._process, own, self._said
 
 
-def in_processes(
-    function: Callable[[Argument], Any], arguments: Iterable[Argument], jobs: int, limits: Limits = UNLIMITED
-) -> Iterator[tuple[Argument, Outcome]]:
-    """Yield each argument with what becomes of it in a process, as they come.
-
-    Args:
-        function: as of `Worker`.
-        arguments: of it.
-        jobs: how many processes work at once.
-        limits: what each argument may take.
-    """
-    idle: queue.SimpleQueue[Worker] = queue.SimpleQueue()
-    workers = [Worker(function) for _ in range(jobs)]
-    for worker in workers:
-        idle.put(worker)
-
-    def done(argument: Argument) -> tuple[Argument, Outcome]:
-        worker = idle.get()
-        try:
-            return argument, worker.outcome(argument, limits)
-        finally:
-            idle.put(worker)
-
-    with ThreadPoolExecutor(jobs) as pool:
-        try:
-            for future in as_completed([pool.submit(done, argument) for argument in arguments]):
-                yield future.result()
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for worker in workers:
-                worker.end()
-
-
 def _watched(
     process: Any, connection: Connection, limits: Limits, begin: float
 ) -> tuple[float | None, Verdict | None, str]:
@@ -277,6 +240,7 @@ def _received(duplicate: Any) -> int:
 def _serve(connection: Connection, said: int | None, function: Callable[[Any], Any]) -> None:
     """Return the values of arguments until none come."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _leave_forkserver()
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGKILL)
         with contextlib.suppress(OSError):
@@ -304,6 +268,20 @@ def _serve(connection: Connection, said: int | None, function: Callable[[Any], A
         except Exception as error:
             broken = Outcome(None, Verdict.ERROR, f"its value cannot be sent: {error}", megabytes=outcome.megabytes)
             connection.send((broken, 0.0))
+
+
+def _leave_forkserver() -> None:
+    """Close the pipe by which a process keeps alive the one that it is forked from.
+
+    That one then ends with the program that started it, and this one with it, whatever it does.
+    """
+    if "forkserver" in multiprocessing.get_all_start_methods():
+        from multiprocessing import forkserver
+
+        known: Any = forkserver._forkserver
+        alive, known._forkserver_alive_fd = known._forkserver_alive_fd, None
+        if alive is not None:
+            os.close(alive)
 
 
 def _tried(function: Callable[[Any], Any], argument: Any) -> Outcome:

@@ -65,6 +65,16 @@ Lengths = Annotated[
 """Lengths of the edges of a box, m."""
 
 
+class LimitSurface(Section):
+    """The friction under a body that slides and turns on a table, bounded by an ellipsoid."""
+
+    force: Positive = Field(description="Largest friction of a body that slides and does not turn, N: mu m g.")
+    torque: Positive = Field(
+        description="Largest friction of a body that turns about its middle, N m: that force times a length, as the "
+        "mean distance of its base from its middle, 0.38 times the edge of a square one."
+    )
+
+
 class _Body(Section):
     """Keys of every body."""
 
@@ -88,6 +98,23 @@ class _Body(Section):
         description="Name of a joint of the body -> limit F of its dry friction, N or N m; default: the model's. "
         "'false' leaves all of it out.",
     )
+    limit_surface: LimitSurface | None = Field(
+        default=None,
+        description="Friction of a table under a body with a sagittal or planar root, which no contact stands for: its "
+        "force and its torque, divided by the largest ones, keep to the unit ball and take as much power as they can. "
+        "Default: none.",
+    )
+
+    @model_validator(mode="after")
+    def _on_a_table(self) -> _Body:
+        if self.limit_surface is None:
+            return self
+        if self.root not in ("sagittal", "planar"):
+            raise conflict(
+                ("limit_surface",),
+                f"found a limit surface under a body with a root '{self.root}', expected 'sagittal' or 'planar'",
+            )
+        return self
 
     @model_validator(mode="after")
     def _placed(self) -> _Body:

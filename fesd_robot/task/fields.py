@@ -116,6 +116,13 @@ Offset = Annotated[
 ]
 """A place in the axes of a frame or of the world, m."""
 
+Acceleration = Annotated[
+    tuple[float, float, float],
+    BeforeValidator(_read_place),
+    WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}),
+]
+"""An acceleration along the axes of the world, m/s2."""
+
 NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 """A finite number, at least zero."""
 

@@ -77,6 +77,8 @@ def _problem(detail: ErrorDetails, model: type[BaseModel]) -> tuple[KeyPath, str
         return (*path, *context["at"]), context["sentence"]
     if kind == "extra_forbidden":
         keys = list(owner.model_fields) if owner is not None else []
+        if path[0] == "contacts" and path[-1] in _NOT_THERE:
+            return path, f"found {_NOT_THERE[path[-1]]}"
         return path, f"found an unknown key, expected a known one{_nearest_key(path, keys)}"
     if kind == "missing":
         field = owner.model_fields[path[-1]] if owner is not None else None
@@ -93,6 +95,16 @@ def _problem(detail: ErrorDetails, model: type[BaseModel]) -> tuple[KeyPath, str
         return path, f"found {value}, but {detail['msg'][:1].lower()}{detail['msg'][1:]}"
     hint = _close(detail["input"], get_args(place)) if kind == "literal_error" else _number_hint(kind, detail["input"])
     return path, f"found {value}, expected {_EXPECTED[kind].format(**context)}{hint}"
+
+
+_NOT_THERE = {
+    "stiffness": "a compliant contact, expected no such key: contacts are rigid",
+    "damping": "a compliant contact, expected no such key: contacts are rigid, with restitution",
+    "rolling_friction": "rolling friction, expected no such key: a joint that turns may have dry_friction instead",
+    "torsional_friction": "friction about the normal of a contact, expected no such key: a body on a table may have a "
+    "limit_surface instead",
+}
+"""Keys of contacts that other programs have and this one has not."""
 
 
 def _nearest_key(path: KeyPath, keys: Sequence[str]) -> str:

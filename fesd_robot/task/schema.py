@@ -16,7 +16,7 @@ from fesd_robot.task.constraints import Constraint
 from fesd_robot.task.contacts import BodyContact, Contact, SingleContact, TwoBodyContact
 from fesd_robot.task.costs import Costs
 from fesd_robot.task.endpoints import Horizon, Initial
-from fesd_robot.task.fields import Name, Section, Values, conflict
+from fesd_robot.task.fields import Acceleration, Name, Section, Values, conflict
 from fesd_robot.task.goal import Goal, Waypoint
 from fesd_robot.task.ground import GROUND, Ground, Plane
 from fesd_robot.task.limits import Limits, Reserve
@@ -44,6 +44,12 @@ class Task(Section):
         default_factory=dict,
         description="Name of a box or cylinder to stand on or to touch -> its shape and place; contacts choose it by "
         "that name as their surface; default: none.",
+    )
+    gravity: Acceleration | None = Field(
+        default=None,
+        description="Acceleration of free fall along the axes of the world, [x, y, z] in m/s2; [0, 0, 0] where the x-z "
+        "plane is a table seen from above, or in orbit. Default: the model's, [0, 0, -9.81] unless its file says "
+        "otherwise.",
     )
     contacts: dict[Name, Contact] = Field(
         description="Name of a contact -> the point or circle of the robot and the surface that it may touch: the "

@@ -177,7 +177,12 @@ def _checked(plan: Plan, period: float, motion: MotionProblem | None) -> MotionP
         raise OptionError(f"period: found {period!r} s, expected a number greater than 0")
     if not plan.status.solved:
         raise PlanFileError(f"{plan.name}: found a plan that is not solved, expected one that can be followed")
-    return formulate(task_of(plan), driven=False) if motion is None else motion
+    motion = formulate(task_of(plan), driven=False) if motion is None else motion
+    if surfaces := motion.robot.limit_surfaces:
+        raise PlanFileError(
+            f"{plan.name}: found a limit surface ({', '.join(surfaces)}), expected none: feedback does not know them"
+        )
+    return motion
 
 
 def _constant(plan: Plan, motion: MotionProblem, kind: Kind, period: float, gain: np.ndarray) -> TrackingGains:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,7 @@ from fesd_robot.in_mujoco import (
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import TrackingGains, task_of
 from fesd_robot.replanning import Replanner, ReplanningController, Statistics, Update
-from fesd_robot.replanning.replanner import EXACT
+from fesd_robot.replanning.replanner import EXACT, PERIOD
 from fesd_robot.tracking import Tracker, gait_gains, tracking_gains
 from scripts.results.gait_loops import STRIDES, for_strides
 from scripts.tools.arguments import PROGRAM_IS, machine, program_of
@@ -64,9 +64,9 @@ class Loop:
     replanner: Replanner
 
     @classmethod
-    def of(cls, plan: Plan) -> Loop:
-        """Return what runs of a plan have in common."""
-        motion, replanner = formulate(task_of(plan), driven=False), Replanner(plan)
+    def of(cls, plan: Plan, period: float) -> Loop:
+        """Return what runs of a plan have in common that is planned again every period, s."""
+        motion, replanner = formulate(task_of(plan), driven=False), Replanner(plan, period=period)
         gait = replanner.strides
         gains = gait_gains(plan, motion, gait.image.cost) if gait else tracking_gains(plan, motion=motion)
         return cls(plan, motion, gains, replanner)
@@ -129,6 +129,7 @@ class Row:
         push: m/s; 0: none, and one run.
         count: of runs.
         mass, friction: factors of the scene.
+        period: between two updates, s.
         when: the robot is pushed.
         drive: how far a run goes, and when it has arrived.
         words: more about it.
@@ -139,6 +140,7 @@ class Row:
     count: int = 20
     mass: float = 1.0
     friction: float = 1.0
+    period: float = PERIOD
     when: When = any_time
     drive: Drive = to_its_goal
     words: str = ""
@@ -161,7 +163,7 @@ ROWS = {
     "solo12-plane": Row("solo12_jump", 0.2),
     "solo12-space": Row("solo12_jump_in_space", 0.2, when=around_take_off, words=" before or after take-off"),
     "bound": Row("solo12_bound", 0.2, when=in_ten_strides, drive=stride_by_stride),
-    "walk": Row("biped_walk", 0.1, count=5, when=in_ten_strides, drive=stride_by_stride),
+    "walk": Row("biped_walk", 0.1, period=0.05, when=in_ten_strides, drive=stride_by_stride),
 }
 """Name of a row -> what it is."""
 
@@ -185,8 +187,8 @@ def push_of(row: Row, loop: Loop, number: int) -> Push | None:
     return Push(round(row.when(loop, number, random), 3), velocity.round(6).tolist())
 
 
-def measured(name: str, loop: Loop, most: int | None) -> dict[str, Any]:
-    """Return a row as it is kept in the file."""
+def measured(name: str, loop: Loop, most: int | None) -> Iterator[dict[str, Any]]:
+    """Yield a row as it is kept in the file, after each of its runs."""
     row, begin = ROWS[name], time.perf_counter()
     runs: list[dict[str, Any]] = []
     updates: list[Update] = []
@@ -207,12 +209,19 @@ def measured(name: str, loop: Loop, most: int | None) -> dict[str, Any]:
         )
         print(name, number, *(f"{key}: {'arrived' if a else 'no'}, {1e3 * e:.3g} mm" for key, (a, e) in found.items()),
               sep="  ", flush=True)  # fmt: skip
-    statistics = Statistics(updates)
+        yield _row(name, loop, runs, updates, time.perf_counter() - begin)
+
+
+def _row(
+    name: str, loop: Loop, runs: Sequence[dict[str, Any]], updates: list[Update], seconds: float
+) -> dict[str, Any]:
+    """Return a row of some runs as it is kept in the file."""
+    row, statistics = ROWS[name], Statistics(updates)
     return {
         "row": name,
         "task": row.task,
         "different": row.in_words,
-        "runs": runs,
+        "runs": list(runs),
         "period": loop.replanner.period,
         "updates": len(updates),
         "feedback_seconds": statistics.seconds(),
@@ -221,7 +230,7 @@ def measured(name: str, loop: Loop, most: int | None) -> dict[str, Any]:
         "kept": sum(each.status == "kept" for each in updates) / len(updates),
         "machine": machine(),
         "program": program_of(row.task),
-        "seconds": round(time.perf_counter() - begin, 1),
+        "seconds": round(seconds, 1),
     }
 
 
@@ -289,18 +298,19 @@ def main() -> int:
     numbers = arguments.page.with_suffix(".json")
     kept = json.loads(numbers.read_text(encoding="utf-8")) if arguments.only and numbers.exists() else []
     rows = {row["row"]: row for row in kept}
-    loops: dict[str, Loop] = {}
+    loops: dict[tuple[str, float], Loop] = {}
     for name in arguments.only or ROWS:
-        task = ROWS[name].task
-        if task not in loops:
+        task, period = ROWS[name].task, ROWS[name].period
+        if (task, period) not in loops:
             plan = plan_of(task, arguments.plans)
             if plan is None:
                 parser.error(f"found no plan of {task} in {', '.join(map(str, arguments.plans))}, expected one")
-            loops[task] = Loop.of(plan)
-        rows[name] = measured(name, loops[task], arguments.runs)
-        ordered = [rows[each] for each in ROWS if each in rows]
-        numbers.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
-        arguments.page.write_text(page(ordered), encoding="utf-8")
+            loops[task, period] = Loop.of(plan, period)
+        for row in measured(name, loops[task, period], arguments.runs):
+            rows[name] = row
+            ordered = [rows[each] for each in ROWS if each in rows]
+            numbers.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
+            arguments.page.write_text(page(ordered), encoding="utf-8")
     return 0
 
 

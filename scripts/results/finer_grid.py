@@ -12,11 +12,9 @@ time.
 from __future__ import annotations
 
 import os
-import platform
 import sys
 import tempfile
 import time
-from importlib.metadata import version
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -25,74 +23,90 @@ from fesd_robot import load_task, plan
 from fesd_robot.plans import task_to_refine
 from fesd_robot.plans.files import write_plan
 from fesd_robot.plans.tables import markdown_table
-from scripts.tools.arguments import ROOT, task_parser
+from fesd_robot.sweeps import Answer, Order, Verdict
+from fesd_robot.sweeps.planned import values_of
+from scripts.tools.arguments import ROOT
+from scripts.tools.table import PROGRAM_IS, Row, Table, every_task, solved
 
-PAGE = ROOT / "docs" / "results" / "finer_grid.md"
 COSTLIER = 1e-4
 """Of the cost: refinement of another grid may add as much."""
 
 MOST_TIME = 1 / 3
 COLUMNS = ("task", "intervals", "cost before", "cost after", "seconds before", "seconds after", "part", "iterations",
-           "as it should be")  # fmt: skip
+           "as it should be", "program")  # fmt: skip
 
 
-def measured(name: str, overrides: list[str], folder: Path) -> list[str]:
-    """Return the cells of one task: planned, and planned again from that on the finer grid.
-
-    Args:
-        overrides: for both.
-        folder: for the plan.
-    """
-    task = load_task(ROOT / "tasks" / f"{name}.yaml", overrides)
-    begin = time.perf_counter()
+def refined(order: Order, file: Path) -> Answer:
+    """Plan a task, and again from that plan on the finer grid."""
+    task, begin = load_task(file, order.overrides), time.perf_counter()
     first = plan(task)
-    before = time.perf_counter() - begin
-    write_plan(first, folder)
-    doubled = 2 * task.horizon.intervals
-    begin = time.perf_counter()
-    second = plan(task_to_refine(folder, [f"horizon.intervals={doubled}"]))
-    after = time.perf_counter() - begin
-    costs = first.statistics.objective, second.statistics.objective
-    right = second.status.solved and costs[1] <= costs[0] + COSTLIER * abs(costs[0]) and after <= MOST_TIME * before
-    return [
-        name,
-        f"{doubled // 2} -> {doubled}",
-        f"{costs[0]:.6g}" + ("" if first.status.solved else " ✗"),
-        f"{costs[1]:.6g}" + ("" if second.status.solved else " ✗"),
-        f"{before:.0f}",
-        f"{after:.1f}",
-        f"{after / before:.2f}",
-        str(sum(one.iterations for one in second.statistics.attempts)),
-        "yes" if right else "no",
-    ]
-
-
-def main() -> int:
-    """Plan and refine the tasks and write the table."""
-    parser = task_parser(__doc__, PAGE)
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="a setting for all of them")
-    arguments = parser.parse_args()
-    rows = []
+    between = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        for name in arguments.tasks:
-            rows.append(measured(name, arguments.set, Path(folder) / name))
-            print(" | ".join(rows[-1]), flush=True)
-    settings = f" with {', '.join(arguments.set)}" if arguments.set else ""
-    lines = [
-        "# Plans refined on a grid twice as fine",
-        "",
-        f"Made by `scripts/results/finer_grid.py`{settings}, Python {platform.python_version()}, casadi "
-        f"{version('casadi')}. "
-        "✗: not solved. Seconds are those of the clock, without drawing.",
-        "",
-        f"**{sum(row[-1] == 'yes' for row in rows)} of {len(rows)}** are solved, cost at most {COSTLIER:.2%} more than "
-        "the plan they were made from, and take at most a third of its time.",
-        "",
-        markdown_table(COLUMNS, rows),
-    ]
-    arguments.page.write_text("\n".join(lines), encoding="utf-8")
-    return 0 if all(row[-1] == "yes" for row in rows) else 1
+        write_plan(first, Path(folder) / "plan")
+        second = plan(task_to_refine(Path(folder) / "plan", [f"horizon.intervals={2 * task.horizon.intervals}"]))
+    values = {
+        "intervals": task.horizon.intervals,
+        "cost_before": first.statistics.objective,
+        "solved_before": first.status.solved,
+        "seconds_before": between - begin,
+        "seconds_after": time.perf_counter() - between,
+    }
+    verdict = Verdict.SOLVED if second.status.solved else Verdict.NOT_SOLVED
+    return Answer(order.number, verdict, {**values_of(second), **values}, second.status.message)
 
+
+def right(row: Row) -> bool:
+    """Return whether a row is solved, costs no more than the plan that it was made from, and takes a third of it."""
+    if not solved(row):
+        return False
+    cheap = row["cost"] <= row["cost_before"] + COSTLIER * abs(row["cost_before"])
+    return bool(cheap and row["seconds_after"] <= MOST_TIME * row["seconds_before"])
+
+
+def line(row: Row) -> list[str]:
+    """Return the line of a task."""
+    last = ["yes" if right(row) else "no", TABLE.program(row)]
+    if row["cost"] is None:
+        return [row["task"], "", f"✗ {row['verdict']}", "", f"{row['seconds']:.0f}", "", "", "", *last]
+    seconds = (row["seconds_before"], row["seconds_after"])
+    return [
+        row["task"],
+        f"{row['intervals']} -> {2 * row['intervals']}",
+        f"{row['cost_before']:.6g}" + ("" if row["solved_before"] else " ✗"),
+        f"{row['cost']:.6g}" + ("" if solved(row) else " ✗"),
+        f"{seconds[0]:.0f}",
+        f"{seconds[1]:.1f}",
+        f"{seconds[1] / seconds[0]:.2f}",
+        str(row["iterations"]),
+        *last,
+    ]
+
+
+def page_of(rows: list[Row]) -> str:
+    """Return the page."""
+    return "\n".join(
+        [
+            "# Plans refined on a grid twice as fine",
+            "",
+            TABLE.made_by(rows),
+            "",
+            f"✗: not solved. Seconds are those of the clock, without drawing. {PROGRAM_IS}",
+            "",
+            f"**{sum(map(right, rows))} of {len(rows)}** are solved, cost at most {COSTLIER:.2%} more than the plan "
+            "they were made from, and take at most a third of its time.",
+            "",
+            markdown_table(COLUMNS, [line(row) for row in rows]),
+        ]
+    )
+
+
+TABLE = Table(
+    ROOT / "docs" / "results" / "finer_grid.md",
+    {"vary": {"task": every_task()}},
+    page_of,
+    refined,
+    {"intervals": int, "cost_before": float, "solved_before": bool, "seconds_before": float, "seconds_after": float},
+)
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(0 if all(map(right, TABLE.main(__doc__ or ""))) else 1)

@@ -1,43 +1,36 @@
 """Robots of example-robot-data with legs: each stands by `stand_on` and jumps 0.2 m, at default settings.
 
-    python scripts/results/legged_robots.py                          # all
-    python scripts/results/legged_robots.py go2 bolt --keep FOLDER   # these; tasks and plans are kept
+    python scripts/results/legged_robots.py                      # all
+    python scripts/results/legged_robots.py go2 bolt --jobs 2    # these only
 
-A task has some ten lines. What is locked and coupled is what `fesd-robot robots MODEL --sagittal` proposes, the posture
-is that of the robot's SRDF file; a user adds the feet, how far the legs are bent where there is no such file, and that
-it should be a jump. Exit code 1 if fewer than 8 of 10 are solved.
+Tasks and plans go to runs/tables/. A task has some ten lines. What is locked and coupled is what `fesd-robot robots
+MODEL --sagittal` proposes, the posture is that of the robot's SRDF file; a user adds the feet, how far the legs are
+bent where there is no such file, and that it should be a jump. Exit code 1 if fewer than 8 of 10 are solved.
 """
 
 from __future__ import annotations
 
-import argparse
 import os
-import platform
 import subprocess
 import sys
-import tempfile
-import time
-from collections.abc import Collection, Mapping
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
-from importlib.metadata import version
 from itertools import pairwise
-from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-
-from fesd_robot import load_task, plan
-from fesd_robot.actions import render_plan
+from fesd_robot import load_task
 from fesd_robot.ocp import formulate
-from fesd_robot.plans.files import write_plan
+from fesd_robot.plans import Plan
 from fesd_robot.plans.outcome import ContactOutcome
 from fesd_robot.plans.tables import markdown_table
+from fesd_robot.sweeps.planned import planned
+from scripts.tools.arguments import ROOT
+from scripts.tools.table import PROGRAM_IS, Row, Table, solved
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "results" / "legged_robots.md"
+TASKS = ROOT / "runs" / "tables" / "tasks_of_legged_robots"
 NEEDED = 0.8
 
 
@@ -77,18 +70,8 @@ ROBOTS = {
 }
 """Name of a robot -> what a user knows about it."""
 
-HEADER = (
-    "robot",
-    "solved",
-    "settings tried",
-    "flights",
-    "longest [m]",
-    "in the air [s]",
-    "iterations",
-    "seconds",
-    "cost",
-    "message",
-)
+HEADER = ("robot", "solved", "settings tried", "flights", "longest [m]", "in the air [s]", "iterations", "seconds",
+          "cost", "message", "program")  # fmt: skip
 
 
 def task_text(name: str) -> str:
@@ -113,41 +96,25 @@ def task_text(name: str) -> str:
             f"goal: {{{posture}{forward}stand_on: [{names}]}}\n"
         )
 
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "stands.yaml"
-        file.write_text(text(""), encoding="utf-8")
-        height = formulate(load_task(file)).task.initial.configuration["root_z"]
+    TASKS.mkdir(parents=True, exist_ok=True)
+    file = TASKS / f"{name}_stands.yaml"
+    file.write_text(text(""), encoding="utf-8")
+    height = formulate(load_task(file)).task.initial.configuration["root_z"]
     return text(f"reference: {{type: jumps, count: 1, apex: {{root_z: {height + 0.1:.2f}}}}}\n")
 
 
-def jumped(name: str, limit: float, overrides: list[str], keep: Path | None) -> list[str]:
-    """Plan the jump of a robot; return its line of the table."""
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = keep or Path(temporary)
-        folder.mkdir(parents=True, exist_ok=True)
-        file = folder / f"{name}_jump.yaml"
-        file.write_text(task_text(name), encoding="utf-8")
-        task = load_task(file, [f"solver.time_limit={limit}", *overrides])
-        begin = time.perf_counter()
-        result = plan(task)
-        seconds = time.perf_counter() - begin
-        if keep:
-            write_plan(result, folder / name)
-            render_plan(result, folder / name, task_folder=folder)
-    assert result.outcome is not None
-    contacts, statistics = result.outcome.contacts.values(), result.statistics
-    return [
-        name,
-        "yes" if result.status.solved else "no",
-        str(statistics.settings_tried),
-        str(sum(len(contact.flights) for contact in contacts)),
-        f"{max((flight.length for contact in contacts for flight in contact.flights), default=0.0):.3g}",
-        f"{in_the_air(contacts):.2f}",
-        str(sum(one.iterations for one in statistics.attempts)),
-        f"{seconds:.0f}",
-        f"{statistics.objective:.5g}",
-        result.status.message.partition(". ")[0],
-    ]
+def written(names: Sequence[str]) -> None:
+    """Write the task files of robots."""
+    for name in names:
+        text = task_text(name)
+        (TASKS / f"{name}_jump.yaml").write_text(text, encoding="utf-8")
+
+
+def measure(result: Plan) -> dict[str, float]:
+    """Return the longest flight of a contact, m, and how long no contact touches, s."""
+    contacts = result.outcome.contacts.values() if result.outcome else ()
+    longest = max((flight.length for contact in contacts for flight in contact.flights), default=0.0)
+    return {"longest": longest, "in_the_air": in_the_air(contacts)}
 
 
 def in_the_air(contacts: Collection[ContactOutcome]) -> float:
@@ -160,57 +127,50 @@ def in_the_air(contacts: Collection[ContactOutcome]) -> float:
     )
 
 
-def main() -> int:
-    """Plan the jumps of the command line's robots, or of all, and write the table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("robots", nargs="*", default=list(ROBOTS), help="default: all")
-    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--time-limit", type=float, default=600.0, help="of a plan, s")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
-    parser.add_argument("--keep", type=Path)
-    arguments = parser.parse_args()
-    if unknown := sorted(set(arguments.robots) - set(ROBOTS)):
-        parser.error(f"found '{unknown[0]}', expected one of {', '.join(ROBOTS)}")
-    one = partial(jumped, limit=arguments.time_limit, overrides=arguments.set, keep=arguments.keep)
-    rows = []
-    with ProcessPoolExecutor(arguments.processes) as pool:
-        for row in pool.map(one, arguments.robots):
-            rows.append(row)
-            print(" | ".join(row), flush=True)
-    solved = [row[1] for row in rows].count("yes")
-    PAGE.write_text(page(rows, solved, " ".join(sys.argv[1:])), encoding="utf-8")
-    return 0 if solved >= NEEDED * len(rows) else 1
+def line(row: Row) -> list[str]:
+    """Return the line of a robot."""
+    last = [row["message"].partition(". ")[0], TABLE.program(row)]
+    if row["cost"] is None:
+        return [row["case"], "no", *[""] * 5, f"{row['seconds']:.0f}", "", *last]
+    numbers = [row["attempts"], row["flights"], f"{row['longest']:.3g}", f"{row['in_the_air']:.2f}", row["iterations"]]
+    costs = [f"{row['seconds']:.0f}", f"{row['cost']:.5g}"]
+    return [row["case"], "yes" if solved(row) else "no", *map(str, numbers), *costs, *last]
 
 
-def page(rows: list[list[str]], solved: int, arguments: str) -> str:
-    """Return the page.
+def page_of(rows: list[Row]) -> str:
+    """Return the page."""
+    return "\n".join(
+        [
+            "# Jumps of robots with legs",
+            "",
+            TABLE.made_by(rows),
+            "",
+            "Each robot of example-robot-data stands by `stand_on`, is to be 0.2 m further on after 0.6 s, at rest in "
+            "the same posture, and may not slip. Everything else is a default; what is locked and coupled is what "
+            "`fesd-robot robots MODEL --sagittal` proposes. One task is",
+            "",
+            f"```yaml\n{task_text('go2')}```",
+            "",
+            f"**{sum(map(solved, rows))} of {len(rows)} solved.** {PROGRAM_IS}",
+            "",
+            markdown_table(HEADER, [line(row) for row in rows]),
+            "",
+            "*Flights* are of all contacts together, *longest* is the longest of them, *in the air* is how long "
+            "nothing touches.",
+        ]
+    )
 
-    Args:
-        rows: of the table.
-        solved: how many of them are.
-        arguments: of the command line.
-    """
-    command = f"python scripts/results/legged_robots.py {arguments}".strip()
-    lines = [
-        "# Jumps of robots with legs",
-        "",
-        f"Made by `{command}`, Python {platform.python_version()}, casadi {version('casadi')}.",
-        "",
-        "Each robot of example-robot-data stands by `stand_on`, is to be 0.2 m further on after 0.6 s, at rest in the "
-        "same posture, and may not slip. Everything else is a default; what is locked and coupled is what `fesd-robot "
-        "robots MODEL --sagittal` proposes. One task is",
-        "",
-        f"```yaml\n{task_text('go2')}```",
-        "",
-        f"**{solved} of {len(rows)} solved.**",
-        "",
-        markdown_table(HEADER, rows),
-        "",
-        "*Flights* are of all contacts together, *longest* is the longest of them, *in the air* is how long nothing "
-        "touches.",
-    ]
-    return "\n".join(lines)
 
+TABLE = Table(
+    ROOT / "docs" / "results" / "legged_robots.md",
+    {"cases": {name: {"task": str(TASKS / f"{name}_jump.yaml")} for name in ROBOTS}},
+    page_of,
+    partial(planned, measure=measure),
+    {"longest": float, "in_the_air": float},
+    by="case",
+    written=written,
+)
 
 if __name__ == "__main__":
-    sys.exit(main())
+    done = TABLE.main(__doc__ or "", keep="all")
+    sys.exit(0 if sum(map(solved, done)) >= NEEDED * len(done) else 1)

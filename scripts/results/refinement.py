@@ -12,11 +12,8 @@ of a refined motion's audit is above a tenth of its limit.
 from __future__ import annotations
 
 import os
-import platform
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
-from importlib.metadata import version
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -30,14 +27,16 @@ from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.mpcc import NlpReport, Run, solve
 from fesd_robot.ocp import formulate
 from fesd_robot.ocp.solver_options import homotopy_options
+from fesd_robot.plans.tables import markdown_table
 from fesd_robot.refinement.refine import refined
 from fesd_robot.refinement.repair import Repair
 from fesd_robot.refinement.solved_motion import SolvedMotion
+from fesd_robot.sweeps import Answer, Order, Verdict
 from scripts.results.moved_start import MOVED, moved
+from scripts.tools.arguments import ROOT
+from scripts.tools.table import PROGRAM_IS, Row, Table, settings_of
 
-ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "results" / "refinement.md"
-TASKS = {
+TASKS: dict[str, list[str]] = {
     "biped_step": [],
     "hopper_one_jump": [],
     "hopper_stairs": ["ground.smoothing=0.05"],
@@ -47,36 +46,40 @@ TASKS = {
 }
 """Name of a task -> overrides. All have two stages, from which three holes find no motion with the first guess."""
 
+SEED = 1
+"""Of what moves a start."""
+
 REFERENCE_PARTS = 4
 SMALLEST = 1e-9
 """Errors below this are round-off, and no estimate is held against them."""
 
 COLUMNS = (
-    "task", "solved in", "audit before", "worst entry before", "error before", "estimate / error", "within 3",
-    "refined in", "rounds, iterations", "elements", "stages", "error after", "worst entry after", "cost",
+    "solved in", "audit before", "worst entry before", "error before", "estimate / error", "within 3", "refined in",
+    "rounds, iterations", "elements", "stages", "error after", "worst entry after", "costs",
 )  # fmt: skip
+WORST = "worst after"
+"""Largest entry of the audit of the refined motion, in multiples of its limit."""
 
 
-def measure(name: str, seed: int | None) -> list[str]:
-    """Return the cells of one task.
+def case(name: str, is_moved: bool) -> str:
+    """Return what a row is called."""
+    return " ".join([name, *TASKS[name]]) + (", moved" if is_moved else "")
 
-    Args:
-        name: of the task.
-        seed: of what moves its start; None for the task as it is.
-    """
-    task = load_task(ROOT / "tasks" / f"{name}.yaml", ["method.grid=uniform", *TASKS[name]])
+
+def measured(order: Order, file: Path) -> Answer:
+    """Solve a task, from a moved start where its case says so, and refine its motion."""
+    task = load_task(file, order.overrides)
     motion, options = formulate(task), homotopy_options(task)
     transcription = Transcription(motion.ocp, motion.fesd)
     polisher, repair = BranchTranscription(transcription), Repair(transcription, Run(options))
     begin = time.perf_counter()
-    homotopy = solve if seed is None else moved(solve, seed)
+    homotopy = moved(solve, SEED) if order.case.endswith(", moved") else solve
     solution = homotopy(transcription.problem, Run(options), polisher=polisher, otherwise=repair)
     polisher, solution = repair.repaired(polisher, solution)
     transcription = polisher.transcription
-    seconds = time.perf_counter() - begin
-    start = [" ".join([name, *TASKS[name]]) + ("" if seed is None else ", moved"), f"{seconds:.0f} s"]
+    seconds = f"{time.perf_counter() - begin:.0f} s"
     if not solution.exact:
-        return [*start, "no exact motion", *[""] * (len(COLUMNS) - 3)]
+        return Answer(order.number, Verdict.NOT_SOLVED, {COLUMNS[0]: seconds}, "no exact motion")
     before = SolvedMotion.of(motion, polisher, solution)
     true = local_errors(before.on_branch, parts=REFERENCE_PARTS)
     looked_at = np.isfinite(true) & (true > SMALLEST)
@@ -87,8 +90,8 @@ def measure(name: str, seed: int | None) -> list[str]:
     after = refined(before, task.method.accuracy, Run(options, report=reports.append))
     spent = time.perf_counter() - begin
     (most, worst), (left, last) = before.audit.worst, after.audit.worst
-    return [
-        *start,
+    words = (
+        seconds,
         f"{len(before.audit.violations)} violated",
         f"{most:.3g} times ({worst})",
         f"{before.local_errors.max():.1e}",
@@ -101,37 +104,54 @@ def measure(name: str, seed: int | None) -> list[str]:
         f"{after.local_errors.max():.1e}",
         f"{left:.2g} times ({last})",
         f"{solution.residuals.objective:.5g} -> {after.solution.residuals.objective:.5g}",
-    ]
-
-
-def main() -> int:
-    """Measure the tasks of the command line, or all, and write the table."""
-    chosen = sys.argv[1:] or list(TASKS)
-    if unknown := sorted(set(chosen) - set(TASKS)):
-        sys.exit(f"found '{unknown[0]}', expected one of {', '.join(TASKS)}")
-    with ProcessPoolExecutor(int(os.environ.get("JOBS", "2"))) as pool:
-        jobs = [pool.submit(measure, name, seed) for name in chosen for seed in (None, 1)]
-        rows = []
-        for job in jobs:
-            rows.append(job.result())
-            print(" | ".join(rows[-1]), flush=True)
-    words = (
-        "Every task is solved from two stages on a uniform grid, as it is and from a start moved by "
-        f"{MOVED:g}. *Before* is its exact motion as polishing left it, *after* is that motion refined to "
-        "`method.accuracy` = 1e-7, on its branch, or on one near by where that has no solution. "
-        "The worst entry of an audit is given in multiples of its limit; replay, limits and forces between stages are "
-        "among the entries. *Estimate / error* "
-        f"compares the estimated local error of every element with that of an integration in {REFERENCE_PARTS} parts "
-        "with one more stage each, for the elements with errors above "
-        f"{SMALLEST:g}. Iterations are IPOPT's, of all rounds."
     )
-    program = "python scripts/results/refinement.py"
-    made = f"Made by `{program}`, Python {platform.python_version()}, casadi {version('casadi')}."
-    table = [f"| {' | '.join(COLUMNS)} |", f"|{' --- |' * len(COLUMNS)}", *(f"| {' | '.join(row)} |" for row in rows)]
-    PAGE.write_text("\n".join(["# Refinement", "", made, "", words, "", *table, ""]), encoding="utf-8")
-    accurate = [row[-2] != "" and float(row[-2].split(" ")[0]) <= 0.1 for row in rows]
-    return 0 if all(accurate) else 1
+    values = {"cost": float(after.solution.residuals.objective), WORST: float(left)}
+    return Answer(order.number, Verdict.SOLVED, {**values, **dict(zip(COLUMNS, words, strict=True))}, "refined")
 
+
+def accurate(row: Row) -> bool:
+    """Return whether no entry of a refined motion's audit is above a tenth of its limit."""
+    return row[WORST] is not None and row[WORST] <= 0.1
+
+
+def page_of(rows: list[Row]) -> str:
+    """Return the page."""
+    cells = [[row["case"], *(row[name] or "" for name in COLUMNS), row["message"], TABLE.program(row)] for row in rows]
+    return "\n".join(
+        [
+            "# Refinement",
+            "",
+            TABLE.made_by(rows),
+            "",
+            "Every task is solved from two stages on a uniform grid, as it is and from a start moved by "
+            f"{MOVED:g}. *Before* is its exact motion as polishing left it, *after* is that motion refined to "
+            "`method.accuracy` = 1e-7, on its branch, or on one near by where that has no solution. "
+            "The worst entry of an audit is given in multiples of its limit; replay, limits and forces between stages "
+            f"are among the entries; {sum(map(accurate, rows))} of {len(rows)} refined motions are within a tenth of "
+            "all limits. *Estimate / error* "
+            f"compares the estimated local error of every element with that of an integration in {REFERENCE_PARTS} "
+            f"parts with one more stage each, for the elements with errors above {SMALLEST:g}. Iterations are IPOPT's, "
+            f"of all rounds. {PROGRAM_IS}",
+            "",
+            markdown_table(["task", *COLUMNS, "end", "program"], cells),
+        ]
+    )
+
+
+TABLE = Table(
+    ROOT / "docs" / "results" / "refinement.md",
+    {
+        "set": {"method.grid": "uniform"},
+        "cases": {
+            case(name, is_moved): {"task": name, **settings_of(changes)}
+            for name, changes in TASKS.items()
+            for is_moved in (False, True)
+        },
+    },
+    page_of,
+    measured,
+    {**dict.fromkeys(COLUMNS, str), WORST: float},
+)
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(0 if all(map(accurate, TABLE.main(__doc__ or ""))) else 1)

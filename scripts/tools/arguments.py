@@ -10,16 +10,8 @@ import platform
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
-from importlib.metadata import version
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar
-
-from fesd_robot.sweeps.workers import Outcome, in_processes
-
-Planned = TypeVar("Planned")
-Way = TypeVar("Way", bound=Hashable)
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM_IS = (
@@ -34,51 +26,6 @@ def check_counts(parser: argparse.ArgumentParser, given: argparse.Namespace, *op
     for option in options:
         if (value := getattr(given, option)) < 1:
             parser.error(f"argument --{option}: found {value}, expected 1 or more")
-
-
-def task_parser(description: str, page: Path) -> argparse.ArgumentParser:
-    """Return a parser of names of tasks, a number of processes, and where the page goes.
-
-    Args:
-        description: the first line of it is shown.
-        page: where the page goes unless said otherwise.
-    """
-    parser = argparse.ArgumentParser(description=description.splitlines()[0])
-    every = sorted(file.stem for file in (ROOT / "tasks").glob("*.yaml"))
-    parser.add_argument("tasks", nargs="*", default=every, help="names of tasks; default: all")
-    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--page", type=Path, default=page)
-    return parser
-
-
-def planned_in_all_ways(
-    planned: Callable[[str, Way], Planned], tasks: Sequence[str], ways: Iterable[Way], processes: int
-) -> Iterator[tuple[str, list[Planned]]]:
-    """Yield the name of each task, and what comes of planning it in each way, several at a time, as they are done.
-
-    A task of which a plan crashes is told, and left out.
-
-    Args:
-        planned: (name, way) -> what comes of it, in a process of its own.
-        tasks: names.
-        ways: in which each is planned.
-        processes: how many.
-    """
-    ways, done = list(ways), dict[str, dict[Way, Outcome]]()
-    jobs = [(name, way) for name in tasks for way in ways]
-    for (name, way), outcome in in_processes(partial(_spread, planned), jobs, processes):
-        done.setdefault(name, {})[way] = outcome
-        if len(done[name]) < len(ways):
-            continue
-        outcomes = [done[name][each] for each in ways]
-        if wrong := [f"{each}: {one.message}" for each, one in zip(ways, outcomes, strict=True) if one.verdict]:
-            print(name, "; ".join(wrong), flush=True)
-        else:
-            yield name, [one.value for one in outcomes]
-
-
-def _spread(planned: Callable[[str, Way], Planned], job: tuple[str, Way]) -> Planned:
-    return planned(*job)
 
 
 class Rows:
@@ -132,12 +79,6 @@ def planned_by_command(
     own, begin = {**os.environ, "OMP_NUM_THREADS": "1", **(environment or {})}, time.perf_counter()
     done = subprocess.run(command, env=own, capture_output=True, text=True, check=False)
     return time.perf_counter() - begin, done
-
-
-def made_by(script: str, processes: int) -> str:
-    """Return the sentence with which a page says how it was made."""
-    versions = f"Python {platform.python_version()}, casadi {version('casadi')}"
-    return f"Made by `python scripts/{script}.py TASK ...`, processes: {processes}, {versions}."
 
 
 def program_of(task: str, planned_at: str | None = None) -> str:

@@ -23,7 +23,7 @@ from fesd_robot.cli.app import app
 from fesd_robot.examples import copy_examples
 from fesd_robot.ocp import formulate
 from fesd_robot.sweeps import load_sweep
-from fesd_robot.sweeps.run import first_task
+from fesd_robot.sweeps.run import checked_tasks
 from fesd_robot.task import Task, load_task
 from fesd_robot.task.json_schema import task_json_schema
 
@@ -102,7 +102,7 @@ def test_yaml_is_of_a_task(page: Path, folder: Path) -> None:
         data = YAML(typ="safe", pure=True).load(block.text)
         if "vary" in data:
             (folder / "of_the_page.yaml").write_text(block.text, encoding="utf-8")
-            first_task(load_sweep(folder / "of_the_page.yaml"))
+            checked_tasks(load_sweep(folder / "of_the_page.yaml"))
             continue
         # What is indented is a part of a section.
         assert set(data) <= (parts if block.text.startswith(" ") else keys), block.text

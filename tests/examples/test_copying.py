@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from fesd_robot.errors import FesdRobotError, TaskError
-from fesd_robot.examples import copy_examples, examples_by_name, find_task, shipped_folder
-from fesd_robot.ocp import formulate
+from fesd_robot.examples import copy_examples, examples_by_name, find_task, shipped_folder, shipped_sweeps
+from fesd_robot.ocp import formulate, load_task_robot
+from fesd_robot.sweeps import load_sweep
 from fesd_robot.task import load_task
 
 TASKS = [name for name, one in examples_by_name().items() if one.kind == "task"]
@@ -43,6 +44,19 @@ def test_all_tasks_find_their_models_in_a_copy(tmp_path: Path) -> None:
         task = load_task(file)
         assert _schema(file).is_file()
         assert "example-robot-data" in task.robot.model or Path(task.locate_model()).is_relative_to(tmp_path)
+
+
+def test_all_sweeps_find_their_tasks_in_a_copy(tmp_path: Path) -> None:
+    """Each is copied alone, with the file of its task where it names one, whose model is there, too."""
+    for name, file in shipped_sweeps().items():
+        out = tmp_path / name
+        written = copy_examples([name], out, schema=b"{}")
+        sweep = load_sweep(out / "sweeps" / file.name)
+        assert sweep.task is not None
+        task = sweep.file_of(sweep.task)
+        assert (task.resolve() in [path.resolve() for path in written]) == ("/" in sweep.task)
+        assert len(written) > 1 or "/" not in sweep.task
+        load_task_robot(load_task(task))
 
 
 def test_a_file_of_the_user_s_is_kept(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -13,14 +14,15 @@ from fesd_robot.task import load_task
 ROOT = Path(__file__).parents[2]
 
 
-def test_every_task_and_model_of_the_repository_is_an_example() -> None:
+def test_every_task_sweep_and_model_of_the_repository_is_an_example() -> None:
     """Names are those of the files and folders, and each has a sentence that says what it is."""
     assert shipped_folder() == ROOT
     examples = shipped_examples()
-    files = [*sorted(ROOT.glob("tasks/*.yaml")), *sorted(ROOT.glob("tasks/simulated/*.yaml"))]
+    files = [file for place in ("", "public/", "simulated/") for file in sorted(ROOT.glob(f"tasks/{place}*.yaml"))]
     assert [one.path for one in examples if one.kind == "task"] == files
     assert [one.name for one in examples if one.kind == "task"] == [one.stem for one in files]
     assert [one.name for one in examples if one.kind == "model"] == sorted(one.name for one in ROOT.glob("models/*"))
+    assert [one.path for one in examples if one.kind == "sweep"] == sorted(ROOT.glob("sweeps/*.yaml"))
     assert examples_by_name()["pusher_slider"].kind == "task" and examples_by_name()["hopper"].kind == "model"
     for example in examples:
         assert example.words.endswith(".") and len(example.words) > 10, example.name
@@ -54,3 +56,11 @@ def test_what_is_no_task_names_the_nearest(
     with pytest.raises(TaskError) as caught:
         find_task(given)
     assert hint in str(caught.value) and given in str(caught.value)
+
+
+def test_tasks_of_others_name_their_source() -> None:
+    """The second line of a public task says what it does, the third where it is from, and all of them load."""
+    for file in ROOT.glob("tasks/public/*.yaml"):
+        _, purpose, source, *_ = file.read_text(encoding="utf-8").splitlines()
+        assert purpose.endswith(".") and re.match(r"# Source: \w+, github.com/\S+ at [0-9a-f]{7}, ", source), file
+        assert load_task(file).name == file.stem

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from fesd_robot import __version__
+
 ROOT = Path(__file__).parents[2]
 pytest.importorskip("hatchling", reason="the wheel is built with hatchling: pip install -e .[dev]")
 
@@ -56,18 +58,17 @@ def test_the_wheel_has_the_repository_s_tasks_and_models(installed: Path) -> Non
         copied = installed / "fesd_robot" / "examples" / folder
         files = [file.relative_to(ROOT / folder) for file in (ROOT / folder).rglob("*") if file.is_file()]
         assert sorted(files) == sorted(file.relative_to(copied) for file in copied.rglob("*") if file.is_file())
-    assert {path.name for path in installed.iterdir()} == {"fesd_robot", "fesd_robot-0.1.0.dist-info"}
+    assert {path.name for path in installed.iterdir()} == {"fesd_robot", f"fesd_robot-{__version__}.dist-info"}
 
 
 def test_what_is_large_is_an_extra(installed: Path) -> None:
     """Robots, documentation and Meshcat's server are not installed with the program; licences of what is inside are."""
-    text = (installed / "fesd_robot-0.1.0.dist-info" / "METADATA").read_text(encoding="utf-8")
+    text = (installed / f"fesd_robot-{__version__}.dist-info" / "METADATA").read_text(encoding="utf-8")
     required = Parser().parsestr(text).get_all("Requires-Dist") or []
     always = [one for one in required if "extra ==" not in one]
     for name in ("meshcat", "example-robot-data", "mkdocs", "pytest"):
         assert not any(one.startswith(name) for one in always), name
     assert any(one.startswith("example-robot-data") and "robots" in one for one in required)
-    licences = {
-        file.name for file in (installed / "fesd_robot-0.1.0.dist-info" / "licenses").rglob("*") if file.is_file()
-    }
+    kept = installed / f"fesd_robot-{__version__}.dist-info" / "licenses"
+    licences = {file.name for file in kept.rglob("*") if file.is_file()}
     assert {"LICENSE", "LICENSE.txt", "main.min.js.THIRD_PARTY_LICENSES.json"} <= licences

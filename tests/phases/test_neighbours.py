@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fesd_robot.phases import PhaseMotion, PhaseSolver, SequenceSearch
+from fesd_robot.phases import PhaseMotion, PhaseSolver, SequenceSearch, guessed_sequences
+from fesd_robot.phases.gait import gait_images
 from fesd_robot.phases.neighbours import neighbours
 from fesd_robot.phases.profile import ContactProfile
 from fesd_robot.running import Cores, SearchEffort
@@ -50,6 +51,25 @@ def test_every_neighbour_does_one_thing_else(soft: tuple[PhaseSolver, PhaseMotio
     for one in neighbours(motion.sequence, list(solver.motion.contacts), profile):
         assert one.sequence.durations.sum() == pytest.approx(1.0) and one.sequence.durations.min() > 0
         assert one.sequence.key != motion.sequence.key
+
+
+def test_a_gait_may_hit_where_it_ends() -> None:
+    """A step that hits as its mirror image begins is a motion, and a neighbour of the one that comes down softly."""
+    solver = solver_of("biped_walk")
+    images, contacts = gait_images(solver.motion), list(solver.motion.contacts)
+    assert images == (1, 0)
+    hits = next(one for one in guessed_sequences(solver.motion) if str(one) == "SF!")
+    step = solver.from_guess(hits)
+    assert step is not None and str(step.sequence) == "SF!"
+    assert step.own.impact_steps(step.w)[-1][0] > 0.0
+    profile = ContactProfile.of(solver.motion, step.along)
+    near = [one.sequence for one in neighbours(step.sequence, contacts, profile, (), images)]
+    soft = {str(one) for one in near if not one.at_end}
+    assert "SF" in soft and all(one == "SF" or one.startswith("FF") for one in soft)  # nothing lands where all fly
+    softly = replace(step.sequence, at_end=())
+    hit = [one.sequence for one in neighbours(softly, contacts, profile, (), images) if one.sequence.at_end]
+    assert step.sequence.key in [one.key for one in hit]
+    assert not any(one.sequence.at_end for one in neighbours(softly, contacts, profile))
 
 
 def test_what_is_put_into_a_phase_is_put_where_it_is_easy() -> None:

@@ -68,6 +68,15 @@ def test_a_cycle_is_guessed_in_turn() -> None:
     assert durations == pytest.approx([0.08, 0.02, 0.08, 0.02])
 
 
+def test_a_step_is_guessed_that_hits_where_its_mirror_image_begins() -> None:
+    """Of two feet that change places one stands, and the other one hits at the end as the first one leaves."""
+    steps = [one for one in guessed_sequences(solver_of("biped_walk").motion) if str(one) in ("SF!", "FS!")]
+    assert [str(one) for one in steps] == ["SF!", "FS!"]
+    assert steps[0].at_end == ((ContactMode.FLIGHT, ContactMode.IMPACT_STICK),)
+    assert steps[0].durations == pytest.approx([0.6])
+    assert not any(str(one).endswith("!") for one in guessed_sequences(solver_of("solo12_bound").motion))
+
+
 def test_a_slide_that_sticks_joins_its_neighbours() -> None:
     """Phases that do the same then are one; a contact that hit and slid goes on to stick within the impact."""
     assert str(sequence("SF +F SS", 0.3, 0.5, 0.2).sticking([(1, 0)])) == "SF SS"

@@ -85,6 +85,21 @@ def test_a_file_is_simplified_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert len(list((tmp_path / "cache" / "meshes").iterdir())) == 2
 
 
+def test_a_collision_shape_is_simplified_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Triangles that are drawn without their file, as collision shapes are, come from the cache the second time."""
+    monkeypatch.setenv("FESD_ROBOT_CACHE", str(tmp_path / "cache"))
+    trimesh.creation.icosphere(5, radius=0.5).export(tmp_path / "ball.stl")
+    surface = coal.MeshLoader().load(str(tmp_path / "ball.stl"), np.ones(3))
+    shape = pin.GeometryObject("mark", 0, 0, pin.SE3.Identity(), surface)
+    first = Meshes(1.0).drawn(shape)
+    assert first is not None and len(first.faces) < surface.num_tris
+    with monkeypatch.context() as patched:
+        patched.delattr("fesd_robot.render.meshes.simplified")
+        again = Meshes(1.0).drawn(shape)
+    assert again is not None
+    np.testing.assert_array_equal(again.vertices, first.vertices)
+
+
 def test_large_values_are_in_a_scene_once() -> None:
     """Two objects with the same vertices take the place of one, and every command can be put together again."""
     ball = trimesh.creation.icosphere(4)

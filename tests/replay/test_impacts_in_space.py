@@ -66,7 +66,7 @@ def on_a_face(friction: float) -> NumericPhysics:
     return NumericPhysics(robot, scene, dict.fromkeys(names, friction), lambda _: np.zeros((6, 0)), in_space=True)
 
 
-FLYING = Contacts((ContactMode.FLIGHT,) * 4, np.zeros(4, dtype=bool), np.zeros(4), (), np.zeros((4, 2)))
+FLYING = Contacts((ContactMode.FLIGHT,) * 4, np.zeros(4, dtype=bool), np.zeros(4), (), np.zeros((4, 2)), np.zeros(0))
 
 
 @pytest.mark.slow

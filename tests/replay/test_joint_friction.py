@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fesd_robot.contact import ContactMode, Scene
+from fesd_robot.recovery import DryFriction
 from fesd_robot.recovery.physics import NumericPhysics
 from fesd_robot.replay.dynamics import ContactDynamics, JointDynamics, contact_dynamics
 from fesd_robot.replay.integrator import replay_motion
@@ -57,6 +58,9 @@ def block(friction: float, points: dict[str, tuple[float, float]] | None = None)
     """A block of 2 kg on a rail with dry friction, N."""
     physics = body(2.0, 1.0, points or {}, friction=0.0, coordinates=("x",))
     physics.dry_friction, physics.friction_coordinates = np.array([friction]), np.array([0])
+    physics.rubbing = DryFriction.of_joints(
+        physics.friction_coordinates, physics.dry_friction[physics.friction_coordinates]
+    )
     return physics
 
 
@@ -116,7 +120,16 @@ def test_the_modes_are_those_that_obey_the_law(seed: int) -> None:
         limit, velocity = random.uniform(0.1, 2, n), random.choice([0.0, 0.0, 1.0, -1.0], n)
         free = inverse @ random.normal(scale=2.0, size=n)
         none = np.zeros((0, n))
-        joints = JointDynamics(np.arange(n), limit, velocity, inverse, np.zeros(n), np.zeros((n, 0)))
+        joints = JointDynamics(
+            rows=np.arange(n),
+            limit=limit,
+            velocity=velocity,
+            response=inverse,
+            headings=np.ones(n),
+            force=np.zeros(n),
+            by_contacts=np.zeros((n, 0)),
+            rubbing=DryFriction.of_joints(np.arange(n), limit),
+        )
         dynamics = ContactDynamics(
             none, np.zeros(0), free, none.T, none @ none.T, np.zeros(0), np.zeros(0), np.zeros((0, 1)), joints
         )
@@ -148,6 +161,9 @@ def test_sticking_joints_and_contacts_share_a_load() -> None:
     """
     physics = body(2.0, 1.0, {"foot": (0.0, 0.0)}, friction=0.3, coordinates=("z",))
     physics.dry_friction, physics.friction_coordinates = np.array([5.0]), np.array([0])
+    physics.rubbing = DryFriction.of_joints(
+        physics.friction_coordinates, physics.dry_friction[physics.friction_coordinates]
+    )
     result = replay_motion(physics, np.zeros(1), np.zeros(1), np.zeros(1), 0.5)
     np.testing.assert_allclose([result.configuration[0], result.velocity[0]], 0, atol=1e-12)
     lifted = replay_motion(physics, np.zeros(1), np.zeros(1), np.array([2 * GRAVITY + 6.0]), 0.5)
@@ -158,6 +174,9 @@ def test_an_impact_has_no_impulse_of_dry_friction() -> None:
     """A mass that falls in a guide with friction lands at the speed of (g - F / m), and stops by the ground alone."""
     physics = body(2.0, 1.0, {"foot": (0.0, 0.0)}, friction=0.0, coordinates=("z",))
     physics.dry_friction, physics.friction_coordinates = np.array([5.0]), np.array([0])
+    physics.rubbing = DryFriction.of_joints(
+        physics.friction_coordinates, physics.dry_friction[physics.friction_coordinates]
+    )
     height, pull = 0.3, GRAVITY - 2.5
     result = replay_motion(physics, np.array([height]), np.array([-0.5]), np.zeros(1), 1.0)
     assert [event.kind for event in result.events] == ["touchdown"]
@@ -194,6 +213,9 @@ def test_a_contact_that_slides_in_a_guide_with_friction() -> None:
     """A point that slides on the ground and in a guide at once has the friction of both: mu m g + F."""
     physics = body(2.0, 1.0, {"foot": (0.0, 0.0)}, friction=0.3, coordinates=("z", "x"))
     physics.dry_friction, physics.friction_coordinates = np.array([0.0, 4.0]), np.array([1])
+    physics.rubbing = DryFriction.of_joints(
+        physics.friction_coordinates, physics.dry_friction[physics.friction_coordinates]
+    )
     slowing = 0.3 * GRAVITY + 4.0 / 2.0
     result = replay_motion(physics, np.zeros(2), np.array([0.0, 1.0]), np.zeros(2), 1.0)
     assert result.configuration[1] == pytest.approx(0.5 / slowing, abs=1e-8)

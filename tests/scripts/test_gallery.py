@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +13,10 @@ from fesd_robot.planning.planner import plan
 from fesd_robot.plans import Plan, write_plan
 from fesd_robot.plans.plan import ContactHistory
 from fesd_robot.render.outputs import write_optional_files
+from fesd_robot.sweeps.planned import values_of
 from fesd_robot.task import load_task
 from scripts.results import gallery
+from tests.render.browser import installed
 
 ROOT = Path(__file__).parents[2]
 TASKS = sorted(path.stem for path in (ROOT / "tasks").glob("*.yaml"))
@@ -27,30 +28,23 @@ def pushed() -> Plan:
     return plan(load_task(ROOT / "tasks" / "block_push.yaml", ["method.compile=never"]))
 
 
-def test_the_list_has_every_task(tmp_path: Path) -> None:
+def test_the_list_has_every_task() -> None:
     """The page of tasks holds exactly the list that the script writes: every task, its purpose, its picture."""
     text = gallery.TASK_LIST.read_text(encoding="utf-8")
-    every = gallery.entries(tmp_path)
+    every = gallery.entries()
     assert [entry.name for entry in every] == TASKS
     assert gallery.with_list(text, gallery.task_list(every)) == text, "run scripts/gallery"
     listed = re.findall(r"\]\((images/gallery/\w+\.png)\)<br>\[`(\w+)`\]", text)
     assert [name for _, name in listed] == TASKS, "a picture is missing, run scripts/gallery"
 
 
-@pytest.mark.parametrize("folder", [["--runs", "/here/runs"], ["--runs=/here/runs"], []])
-def test_the_page_tells_no_folder_of_a_machine(folder: list[str]) -> None:
-    """How the page was made is told without where plans went."""
-    told = gallery.told(["ball_bat", *folder, "--time-limit", "300"])
-    assert told == "scripts/gallery ball_bat --time-limit 300"
-
-
 def test_the_table_has_a_row_for_every_task() -> None:
     """Every task has one row, with its purpose; each is solved within 1e-6."""
-    rows = re.findall(r"^\| \[(\w+)\].*$", gallery.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    rows = re.findall(r"^\| \[(\w+)\].*$", gallery.TABLE.page.read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert rows == TASKS
-    (header,) = re.findall(r"^\| task \|(.*)\|$", gallery.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    (header,) = re.findall(r"^\| task \|(.*)\|$", gallery.TABLE.page.read_text(encoding="utf-8"), flags=re.MULTILINE)
     header = ["task", *header.split("|")]
-    for line in gallery.PAGE.read_text(encoding="utf-8").splitlines():
+    for line in gallery.TABLE.page.read_text(encoding="utf-8").splitlines():
         if line.startswith("| ["):
             cells = [cell.strip() for cell in line.strip("|").split("|")]
             assert len(cells) == len(header)
@@ -69,39 +63,32 @@ def test_pictures_are_small() -> None:
             assert len(image.convert("RGB").getcolors(1 << 16)) > 8, "nothing is to be seen"
 
 
-def test_a_row_is_that_of_the_plan(pushed: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Sizes, effort and verdict are the plan's; a plan of a task that has changed since does not count."""
-    (entry,) = [one for one in gallery.entries(tmp_path) if one.name == "block_push"]
-    assert gallery.row(entry)[-1] == "not planned"
-    write_plan(pushed, entry.folder)
-    assert gallery.row(entry)[-1] == "not planned", "it was planned with another method.compile"
-    monkeypatch.setattr(gallery, "load_task", lambda path: load_task(path, ["method.compile=never"]))
-    cells = gallery.row(entry)
-    last = ["git", "log", "-1", "--format=%h", "--", "fesd_robot", "models", "tasks/block_push.yaml"]
-    commit = subprocess.run(last, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
-    assert cells[-2].removesuffix("+") == commit
-    assert gallery.program_of("block_push", "none") == "not known"
+def test_a_row_is_that_of_the_plan(pushed: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sizes, effort and verdict are the plan's; a task that takes long is marked."""
     effort = pushed.statistics
+    row = {"task": "block_push", "verdict": "solved", "attempts": 1, "seconds": 12.0, "message": "Solved.", "made": ""}
+    row |= {"program": "abc", **values_of(pushed), **gallery.measure(pushed)}
+    cells = gallery.cells(row, "A block is pushed.")
+    assert len(cells) == len(gallery.COLUMNS) and cells[1] == "A block is pushed."
     assert cells[2:6] == ["3", "2", str(effort.variables), str(effort.pairs)]
     assert int(cells[6]) == sum(one.iterations for one in effort.attempts)
-    assert cells[-1].startswith("solved")
+    assert cells[-2:] == ["abc, older", "solved"]
     assert pushed.outcome is not None
     misses, (rear, front) = {one.name: one.missed_by for one in pushed.outcome.goal}, pushed.outcome.contacts.values()
     speed = max(misses["root_x velocity"], misses["root_z velocity"])
     assert cells[8] == f"{misses['root_x']:.3g} m" and cells[9].startswith(f"{speed:.3g} m/s, ")
     longest = max(slide.distance for slide in rear.slides + front.slides)
-    assert cells[10:12] == ["no flight", f"{longest:.3g} m"] and len(cells) == len(gallery.COLUMNS)
-    rows = gallery.Rows(tmp_path / "gallery.md", gallery.COLUMNS)
-    gallery.keep(entry, rows)
-    page = gallery.page(rows, "scripts/gallery")
-    assert "**1 of 1 solved**" in page
-    monkeypatch.setattr(gallery, "LONG_SECONDS", gallery.seconds_of(pushed) + 1.0)
-    gallery.keep(entry, rows)
-    assert gallery.marked_long(rows) == set()
+    assert cells[10:13] == ["no flight", f"{longest:.3g} m", "yes"]
+    assert cells[7] == "12.0"
     monkeypatch.setattr(gallery, "LONG_SECONDS", 0.0)
-    gallery.keep(entry, rows)
-    assert gallery.marked_long(rows) == {"block_push"}
-    assert gallery.Rows(tmp_path / "gallery.md", gallery.COLUMNS).cells == rows.cells, "rows are kept in a data file"
+    assert gallery.cells(row, "")[7] == "12.0 long"
+
+
+def test_a_task_without_a_plan_has_a_row() -> None:
+    """A process that did not survive is said in the last cell."""
+    row = {"task": "block_push", "verdict": "crashed", "cost": None, "seconds": 3.0, "message": "it ended", "made": ""}
+    cells = gallery.cells({**row, "program": "abc"}, "")
+    assert len(cells) == len(gallery.COLUMNS) and cells[-1] == "not solved: it ended" and cells[7] == "3.0"
 
 
 def test_the_block_slides_stops_and_slides(pushed: Plan) -> None:
@@ -137,14 +124,13 @@ def test_the_picture_shows_the_jump(pushed: Plan) -> None:
     assert gallery.telling_time(step) == gallery.telling_time(pushed), "the other foot stands"
 
 
+@pytest.mark.skipif(not installed(), reason="needs Chromium")
 def test_a_picture_is_taken_from_the_page(pushed: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The picture of a planned task shows the blue block on its ground, without caption and controls."""
     task = load_task(ROOT / "tasks" / "block_push.yaml", ["method.compile=never", "output.figures=false"])
-    (entry,) = [one for one in gallery.entries(tmp_path) if one.name == "block_push"]
-    write_plan(pushed, entry.folder, lambda stage: write_optional_files(pushed, task, stage))
-    monkeypatch.setattr(gallery, "load_task", lambda path: load_task(path, ["method.compile=never"]))
+    folder = write_plan(pushed, tmp_path / "block_push", lambda stage: write_optional_files(pushed, task, stage))
     monkeypatch.setattr(gallery, "PICTURES", tmp_path / "pictures")
-    gallery.draw(entry)
+    gallery.draw(folder)
     with Image.open(tmp_path / "pictures" / "block_push.png") as image:
         pixels = np.asarray(image.convert("RGB")).astype(int)
     assert pixels.shape == (200, 320, 3)
@@ -155,5 +141,5 @@ def test_a_picture_is_taken_from_the_page(pushed: Plan, tmp_path: Path, monkeypa
 def test_what_is_not_a_task_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     """An unknown name ends with the names there are."""
     with pytest.raises(SystemExit):
-        gallery.parse(TASKS, ["hopper_no_jump"])
+        gallery.main(["hopper_no_jump"])
     assert "found 'hopper_no_jump', expected one of arm_push" in capsys.readouterr().err

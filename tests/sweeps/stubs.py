@@ -72,8 +72,28 @@ def kills_itself_once(order: Order, task: Path) -> Answer:
     return parabola(order, task)
 
 
+def named(order: Order, task: Path) -> Answer:
+    """Answer with the name that the task file has, and with the first override."""
+    name = next(line for line in task.read_text().splitlines() if line.startswith("name:")).removeprefix("name: ")
+    return Answer(order.number, Verdict.SOLVED, {"cost": 1.0, "name": name, "first": order.overrides[0]}, "Solved.")
+
+
 def noted(order: Order, task: Path) -> Answer:
     """Say from which row it begins."""
     begun = order.start.number if order.start else None
     made = parabola(order, task)
     return Answer(order.number, Verdict.SOLVED, {**made.values, "start": begun}, "Solved.", files=made.files)
+
+
+def alone_only(order: Order, task: Path) -> Answer:
+    """End its process where it begins from another row."""
+    if order.start:
+        os._exit(7)
+    return parabola(order, task)
+
+
+def endless(order: Order, task: Path) -> Answer:
+    """Say that it has begun, and never end."""
+    Path(os.environ["FESD_ROBOT_TEST_MARKER"]).write_text(str(os.getpid()))
+    time.sleep(1000.0)
+    return parabola(order, task)

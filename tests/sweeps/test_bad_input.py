@@ -66,6 +66,11 @@ def refused(folder: Path, text: str, **settings: object) -> str:
             ":2: set.horizon.intervals: found the text",
         ),
         ("vary: {ground.friction: [.inf]}", "expected a finite number"),
+        ("vary: {task: [block_push]}", ":1: task: the task varies too, expected it here or in 'vary'"),
+        ("cases: {wet: {ground.frictoin: 0.2}}", ":2: cases.wet.ground.frictoin: found an unknown key, expected"),
+        ("vary: {ground.friction: [0.4]}\ncases: {wet: {ground.friction: 0.2}}", "this key varies too, expected it in"),
+        ("cases: {wet: {ground.friction: .nan}}", "cases.wet.ground.friction: found nan, expected a finite number"),
+        ("cases: {a: {}, b: {task: block_push}}\nwarm: nearest", ":3: warm: found 2 tasks, expected one"),
         ("vary: {ground.friction: [0.4, 0.5]}\nwarm: nearest", None),
     ],
 )
@@ -83,6 +88,12 @@ def test_another_task(tmp_path: Path) -> None:
     file.write_text("vary: {ground.friction: [0.5]}\ntask: hoper_one_jump\n")
     with pytest.raises(TaskError, match=r"own.yaml:2: task: found 'hoper_one_jump'.*did you mean 'hopper_one_jump'"):
         swept(load_sweep(file), tmp_path / "out", SweepSettings(), parabola)
+    file.write_text("vary:\n  task: [block_push, hoper_one_jump]\n")
+    with pytest.raises(TaskError, match=r"own.yaml:2: vary.task: found 'hoper_one_jump'.*did you mean"):
+        swept(load_sweep(file), tmp_path / "out", SweepSettings(), parabola)
+    file.write_text("cases: {a: {}, b: {task: block_push}}\n")
+    with pytest.raises(TaskError, match=r"task: found no task, expected one here, a list in 'vary', or one in every"):
+        load_sweep(file)
 
 
 def test_a_million_rows_need_a_yes(tmp_path: Path) -> None:

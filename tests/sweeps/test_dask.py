@@ -3,72 +3,25 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
-import socket
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+import fesd_robot
 from fesd_robot.errors import SweepError
 from fesd_robot.sweeps import SweepSettings, SweepTable, load_sweep, read_sweep, swept
-from tests.sweeps.stubs import fragile, parabola, slow
+from tests.sweeps.cluster import REPOSITORY, Cluster, running
+from tests.sweeps.stubs import alone_only, fragile, parabola, slow
 
 pytest.importorskip("distributed")
-REPOSITORY = Path(__file__).parents[2]
 SWEEP = {"task": "hopper_one_jump", "vary": {"goal.configuration.root_x": {"range": [0.9, 1.1], "count": 40}}}
 SAME = ("number", "identity", "state", "verdict", "cost", "end.root_x", "message")
-
-
-class Cluster:
-    """A scheduler and two workers over TCP, each a program of its own."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder, self.port = folder, _free_port()
-        self.address = f"tcp://127.0.0.1:{self.port}"
-        self.scheduler = self.begin_scheduler()
-        self.workers = [self.begin_worker(), self.begin_worker()]
-
-    def begin_scheduler(self) -> subprocess.Popen[bytes]:
-        return self._program("dask_scheduler", "--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard")
-
-    def begin_worker(self) -> subprocess.Popen[bytes]:
-        words = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory", str(self.folder))
-        return self._program("dask_worker", self.address, *words)
-
-    def _program(self, name: str, *words: str) -> subprocess.Popen[bytes]:
-        path = os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
-        return subprocess.Popen(
-            [sys.executable, "-m", f"distributed.cli.{name}", *words],
-            cwd=self.folder,  # none of the paths of the sender are there
-            env={**os.environ, "PYTHONPATH": path},
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-
-    def end(self) -> None:
-        for process in [*self.workers, self.scheduler]:
-            process.kill()
-            process.wait()
-
-
-def _free_port() -> int:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return int(free.getsockname()[1])
-
-
-@contextmanager
-def running(folder: Path) -> Iterator[Cluster]:
-    cluster = Cluster(folder)
-    try:
-        yield cluster
-    finally:
-        cluster.end()
 
 
 @pytest.fixture
@@ -107,6 +60,14 @@ def test_failures_are_rows(tmp_path: Path, cluster: Cluster) -> None:
     expected = ["solved", "crashed", "crashed", "timeout", "memory", "error", "refused", "solved"]
     assert table.columns["verdict"] == expected
     assert all(worker.poll() is None for worker in cluster.workers)
+
+
+def test_a_row_that_fails_from_its_neighbour_is_planned_alone(tmp_path: Path, cluster: Cluster) -> None:
+    """The second order of a row is done, too, and is no copy of the first one's failure."""
+    vary = {"goal.configuration.root_x": {"range": [0.9, 1.1], "count": 8}}
+    table = swept(load_sweep({**SWEEP, "warm": "nearest", "vary": vary}), tmp_path / "out", on(cluster), alone_only)
+    assert table.columns["verdict"] == ["solved"] * 8
+    assert sum(row is not None for row in table.columns["abandoned"]) >= 4
 
 
 def test_a_worker_that_is_killed_loses_no_row(tmp_path: Path, cluster: Cluster) -> None:
@@ -175,6 +136,9 @@ def test_workers_of_another_version_are_refused(
     tmp_path: Path, cluster: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The sentence names a worker and both versions."""
+    known = re.escape(fesd_robot.__version__)
     monkeypatch.setattr("fesd_robot.__version__", "9.9")
-    with pytest.raises(SweepError, match=r"found version 0\.1\.0 of fesd-robot on tcp://.*expected 9\.9, that of this"):
+    with pytest.raises(
+        SweepError, match=rf"found version {known} of fesd-robot on tcp://.*expected 9\.9, that of this"
+    ):
         swept(load_sweep(SWEEP), tmp_path / "out", on(cluster), parabola)

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from fesd_robot import plan, read_plan, render_plan
-from fesd_robot.sweeps import SweepSettings, SweepTable, load_sweep, swept, write_dataset
+from fesd_robot.sweeps import Order, SweepSettings, SweepTable, Verdict, load_sweep, swept, write_dataset
+from fesd_robot.sweeps.order import Start
 from fesd_robot.sweeps.planned import planned, work_of
+from fesd_robot.sweeps.rows import as_overrides
 from fesd_robot.sweeps.scales import with_scales
 from fesd_robot.task import load_task
 from tests.conftest import ONE_JUMP, SHORT
@@ -72,6 +74,33 @@ def test_neighbours_need_fewer_iterations(table: SweepTable, tmp_path: Path) -> 
         assert warm.columns["cost"][number] <= table.columns["cost"][number] * (1 + 1e-6)
         assert warm.columns["iterations"][number] < table.columns["iterations"][number]
     assert "begin from the solved plan of the nearest row" in (tmp_path / "out" / "sweep.html").read_text()
+
+
+def test_a_plan_that_leads_nowhere_is_abandoned(table: SweepTable) -> None:
+    """From the plan of another robot there is no motion: the task alone has one, and the answer names the other row."""
+    other = (Path(__file__).parents[1] / "render" / "plans" / "block_push.json").read_bytes()
+    overrides = as_overrides({**FIXED, "goal.configuration.root_x": 0.12})
+    answer = planned(Order(1, overrides, start=Start(7, other, "elsewhere")), ONE_JUMP)
+    assert answer.verdict is Verdict.SOLVED
+    assert (answer.values["abandoned"], answer.values["abandoned_iterations"]) == (7, 0)
+    assert answer.values["cost"] == pytest.approx(table.columns["cost"][1], rel=1e-9)
+    assert answer.values["iterations"] == table.columns["iterations"][1]
+
+
+def test_both_plans_count(table: SweepTable, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the motion from another row is not the one that is kept, iterations are those of both."""
+    monkeypatch.setattr("fesd_robot.sweeps.planned._keeps_the_sequence", lambda result: False)
+    near = (table.folder / table.columns["plan"][0] / "plan.json").read_bytes()
+    overrides = as_overrides({**FIXED, "goal.configuration.root_x": 0.12})
+    values = planned(Order(1, overrides, start=Start(0, near, "elsewhere")), ONE_JUMP).values
+    assert values["abandoned"] == 0 and values["abandoned_iterations"] > 0
+    assert values["iterations"] == values["abandoned_iterations"] + table.columns["iterations"][1]
+
+
+def test_the_task_s_own_time_limit_holds() -> None:
+    """`solver.time_limit` of a sweep's task ends a plan where the sweep itself has no limit."""
+    overrides = as_overrides({**FIXED, "solver.time_limit": 0.02})
+    assert planned(Order(0, overrides), ONE_JUMP).verdict is Verdict.NOT_SOLVED
 
 
 def test_a_time_limit_is_a_row(tmp_path: Path) -> None:

@@ -72,6 +72,22 @@ def test_killed_at_random_times(tmp_path: Path) -> None:
     assert table.columns["verdict"] == ["solved"] * 1000
 
 
+def test_a_killed_program_leaves_no_plan_running(tmp_path: Path) -> None:
+    """A process in the middle of a plan ends with the program that ordered it, however that ends."""
+    marker, file = tmp_path / "marker", tmp_path / "program.py"
+    file.write_text(PROGRAM.replace("slow", "endless").replace("jobs=2", "jobs=1"))
+    path = os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
+    environment = {**os.environ, "PYTHONPATH": path, "FESD_ROBOT_TEST_MARKER": str(marker)}
+    program = subprocess.Popen([sys.executable, str(file), str(tmp_path / "out")], env=environment, cwd=REPOSITORY)
+    while not marker.is_file() or not marker.read_text():
+        assert program.poll() is None
+        time.sleep(0.02)
+    worker = psutil.Process(int(marker.read_text()))
+    program.send_signal(signal.SIGKILL)
+    program.wait()
+    worker.wait(30.0)
+
+
 def test_an_interrupt_notes_what_ran(tmp_path: Path, python_interrupts: None) -> None:
     """Ctrl-C leaves rows that say that they were interrupted, which --resume does again."""
     out = tmp_path / "out"
@@ -108,7 +124,7 @@ def test_a_last_line_that_is_cut_off_is_left_out(tmp_path: Path) -> None:
         {"number": number, "a.b": 0.1 * number, "c.d": 'a "quoted", text', "e.f": [1, None], "identity": "00",
          "state": "completed", "verdict": "solved", "cost": 1.0 / 3.0, "work": None, "time": 1.0, "flights": 1,
          "slides": 0.0, "iterations": 3, "attempts": 1, "seconds": 0.5, "memory": 9.5, "start": None,
-         "message": "é", "plan": "", "end.x": -1e-300}
+         "abandoned": None, "abandoned_iterations": None, "message": "é", "plan": "", "end.x": -1e-300}
         for number in range(3)
     ]  # fmt: skip
     for row in rows:

@@ -36,6 +36,25 @@ def test_zip_takes_values_one_by_one() -> None:
         rows_of(vary={"a.b": [1, 2], "c.d": [1, 2, 3]}, combine="zip")
 
 
+def test_tasks_and_cases_vary() -> None:
+    """Tasks are a key like others, cases the last one; a case's keys are values of the task, its name is none."""
+    cases = {"plain": {}, "other": {"c.d": 3, "e.f": "x"}}
+    rows = rows_of(task=None, vary={"task": ["one", "two"], "a.b": [1, 2]}, cases=cases)
+    assert len(rows) == 8 and rows.keys == ["task", "a.b", "case"]
+    assert rows.inputs(5) == {"task": "two", "a.b": 1, "case": "other"}
+    assert rows.task(5) == "two" and rows.values_of_task(5) == {"a.b": 1, "c.d": 3, "e.f": "x"}
+    assert rows.values_of_task(4) == {"a.b": 1}
+    assert rows.first_rows == {"one": 0, "two": 4}
+
+
+def test_a_case_may_name_its_task() -> None:
+    """Cases of several tasks need no other one."""
+    rows = rows_of(task=None, cases={"first": {"task": "one", "a.b": 1}, "second": {"task": "two"}})
+    assert [rows.task(number) for number in range(2)] == ["one", "two"]
+    assert rows.values_of_task(0) == {"a.b": 1}
+    assert rows.first_rows == {"one": 0, "two": 1}
+
+
 def test_ranges() -> None:
     """A range has both ends; a step may end before; logarithms are spaced evenly; values are round."""
     assert rows_of(vary={"a.b": {"range": [0.3, 0.5], "count": 3}}).values("a.b") == [0.3, 0.4, 0.5]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fesd_robot.sweeps import SweepSettings, SweepTable, Tally, load_sweep, read_sweep, swept
-from tests.sweeps.stubs import noted, parabola
+from tests.sweeps.stubs import alone_only, named, noted, parabola
 
 SWEEP = {
     "task": "hopper_one_jump",
@@ -42,6 +42,19 @@ def test_identity_is_of_task_values_and_version(table: SweepTable, tmp_path: Pat
         load_sweep({**SWEEP, "set": {"horizon.intervals": 21}}), tmp_path / "other", SweepSettings(), parabola
     )
     assert not set(other.columns["identity"]) & set(table.columns["identity"])
+
+
+def test_several_tasks_and_cases_are_a_table(tmp_path: Path) -> None:
+    """Each row is planned with its task's file and its case's keys; ends are of all robots; measures have columns."""
+    cases = {"plain": {"solver.effort": "quick"}, "wet": {"ground.friction": 0.3}}
+    told = {"vary": {"task": ["hopper_one_jump", "block_push"]}, "cases": cases}
+    measures = {"name": str, "first": str}
+    table = swept(load_sweep(told), tmp_path / "out", SweepSettings(jobs=1), named, measures=measures)
+    assert table.columns["task"] == table.columns["name"] == ["hopper_one_jump"] * 2 + ["block_push"] * 2
+    assert table.columns["case"] == ["plain", "wet"] * 2
+    assert table.columns["first"] == ['solver.effort="quick"', "ground.friction=0.3"] * 2
+    assert {"end.leg", "end.root_x"} <= set(table.columns)
+    assert read_sweep(tmp_path / "out").columns == table.columns
 
 
 def test_parquet_holds_the_same(table: SweepTable) -> None:
@@ -98,6 +111,15 @@ def test_neighbours_begin_from_the_nearest_solved_row(tmp_path: Path) -> None:
         (3, 2),
         (4, 3),
     ]
+
+
+def test_a_row_that_fails_from_its_neighbour_is_planned_alone(tmp_path: Path) -> None:
+    """A process that ends where it begins from another row costs no row: its task follows, and the row says so."""
+    own = {**SWEEP, "warm": "nearest", "vary": {"goal.configuration.root_x": [0.8, 0.9, 1.0, 1.1, 1.2]}}
+    table = swept(load_sweep(own), tmp_path / "out", SweepSettings(jobs=1), alone_only)
+    assert table.columns["verdict"] == ["solved"] * 5 and table.columns["start"] == [None] * 5
+    assert [row is None for row in table.columns["abandoned"]] == [False, False, True, False, False]
+    assert "did so in vain" in (tmp_path / "out" / "sweep.html").read_text()
 
 
 def test_the_record_is_plain(table: SweepTable) -> None:

@@ -29,8 +29,8 @@ def test_every_key_is_described_and_none_is_open() -> None:
 def test_the_design_keys_are_the_top_level() -> None:
     """The top level has exactly the documented keys."""
     keys = (
-        "name, robot, bodies, ground, surfaces, contacts, horizon, postures, initial, goal, waypoints, reference, "
-        "costs, limits, reserve, constraints, method, solver, audit, output"
+        "name, robot, bodies, ground, surfaces, gravity, contacts, horizon, postures, initial, goal, waypoints, "
+        "reference, costs, limits, reserve, constraints, method, solver, audit, output"
     )
     assert ", ".join(task_json_schema()["properties"]) == keys
 

@@ -55,14 +55,16 @@ class BoundsBuilder:
         standing_still: list[tuple[int, PointIndices]] = []
         for e, (factors, without_length) in enumerate(zip(branch.factors, branch.without_length, strict=True)):
             if without_length:
-                self._remove(e, factors if before is None else before)
+                self._remove(e, factors if before is None else before, factors)
                 continue
             frozen = ActiveFactor.COMPLEMENT in factors
             left = self._hold_jump(e, left, factors)
             for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=False)):
                 if member.spare is not None and factor is ActiveFactor.G:
                     self._hold_spare(e, member.spare, frozen)
-                if frozen and member.condition.rate_share:
+                if frozen and member.condition.idle:
+                    self._hold_idle(e, i)
+                elif frozen and member.condition.rate_share:
                     self._vanish(e, i)
                 elif self._conditions.met(i, factors) or self._follows(i, factors, before):
                     continue
@@ -97,7 +99,9 @@ class BoundsBuilder:
         held_here = left is not self._start or bool(left.after_jump) or self._start_is_free or not vanishing
         begins = [left] if held_here and not member.condition.held_at.algebraic else []
         if member.invariant_state is None:
-            for point in [*begins, *self._elements[e].points]:
+            points = self._elements[e].points
+            stages = points[: self._stages] if member.condition.held_at.algebraic and quantity.row is None else points
+            for point in [*begins, *stages]:
                 self._clamp(quantity, point, member.direction, one_side=vanishing)
             return
         if before in (None, ActiveFactor.H):
@@ -169,9 +173,12 @@ class BoundsBuilder:
         assert row is not None, member.condition.label
         stops = (e, i) in self._resting
         starts = self._start_rests(row) if before is None else self._conditions.stopped(i, before)
-        for point in range(1, rows.points + (not stops)):
+        for point in range(1, rows.points + (not stops)) if not member.condition.only_at_rest else ():
             self._limit(first + rows.at(point, row), direction)
-        if stops:
+        variable = self._conditions.vanishing_at_rest[i]
+        if stops and variable is not None:
+            self._fix(self._elements[e].points[self._stages - 1].algebraic + variable)
+        elif stops:
             self._limit(first + rows.at_end(row), -direction)
         if member.condition.held_at is HeldAt.POINTS_AND_STAGES:
             for n, (point, _) in enumerate(rows.pairs):
@@ -242,6 +249,21 @@ class BoundsBuilder:
                 at = point.algebraic + variable - self._n_x
                 self._lower[at], self._upper[at] = -np.inf, np.inf
 
+    def _hold_idle(self, e: int, i: int) -> None:
+        """Hold the variables of a condition at zero that mean nothing while the clock stands still."""
+        for point in self._elements[e].points[: self._stages]:
+            for variable in self._conditions.idle[i]:
+                self._fix(point.algebraic + variable)
+
+    def _hold_going_on(self, e: int, i: int, factor: ActiveFactor) -> None:
+        """Hold a condition of what moves on through an element without length, at its stages."""
+        member = self._conditions.members[i]
+        quantity = self._conditions.quantities[member.quantity(factor)]
+        if factor is ActiveFactor.G and (member.condition.only_at_rest or member.condition.vanishes_at_rest is None):
+            return
+        for point in self._elements[e].points[: self._stages]:
+            self._clamp(quantity, point, member.direction, one_side=factor is ActiveFactor.G)
+
     def _with_H(self, e: int, member: ConditionFactors, left: PointIndices | None = None) -> list[PointIndices]:
         """Points at which H is part of a condition; a pair also has one at the start and at an own right end."""
         points = self._elements[e].points
@@ -249,13 +271,24 @@ class BoundsBuilder:
             return points[: self._stages]
         return [self._start, *points] if left is self._start else points
 
-    def _remove(self, e: int, factors: tuple[ActiveFactor, ...]) -> None:
-        """No length, no multipliers, and the states of the left boundary, whose bounds need not be repeated."""
+    def _remove(self, e: int, factors: tuple[ActiveFactor, ...], following: tuple[ActiveFactor, ...]) -> None:
+        """No length, no multipliers, and the states of the left boundary, whose bounds need not be repeated.
+
+        Args:
+            e: number of the element.
+            factors: active factors of the element before it.
+            following: those of its own, with which the motion goes on.
+        """
         at = self._elements[e].step
         self._lower[at] = self._upper[at] = 0.0
         self._no_impulse(e)
         for i, (member, factor) in enumerate(zip(self._conditions.members, factors, strict=False)):
-            if i not in self._conditions.rests and (member.condition.vanishing or factor is ActiveFactor.H):
+            if member.condition.idle:
+                if self._conditions.moving(i, factors) and self._conditions.moving(i, following):
+                    self._hold_going_on(e, i, factor)
+                else:
+                    self._hold_idle(e, i)
+            elif i not in self._conditions.rests and (member.condition.vanishing or factor is ActiveFactor.H):
                 for point in self._with_H(e, member):
                     self._clamp(self._conditions.quantities[member.H], point, 1, one_side=False)
         points = self._elements[e].points

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import casadi as ca
@@ -92,6 +92,7 @@ class ElementConditions:
         values: (x, z) -> all quantities.
         rows: (x, z) -> those that need a row, `row_count` of them.
         with_initial_value: (quantity, e) of the conditions that add their initial G, each once.
+        algebraic: variables z of the system.
         jumps: conditions of the jump at the left boundary, if there may be one.
         jump_values: (x, y) -> the laws of its impulses, `laws` of them, and then every H of `jumps`.
     """
@@ -105,6 +106,7 @@ class ElementConditions:
     jumps: tuple[JumpFactors, ...] = ()
     jump_values: ca.Function | None = None
     laws: int = 0
+    algebraic: ca.SX = field(default_factory=ca.SX, compare=False)
 
     @cached_property
     def labels(self) -> tuple[Label, ...]:
@@ -133,8 +135,22 @@ class ElementConditions:
 
     @cached_property
     def vanish_together(self) -> bool:
-        """Whether variables vanish with the H of others."""
-        return any(member.condition.vanish_together for member in self.members)
+        """Whether variables vanish with the H of others, or where the clock stands still."""
+        return any(member.condition.vanish_together or member.condition.idle for member in self.members)
+
+    @cached_property
+    def idle(self) -> list[tuple[int, ...]]:
+        """For every member the algebraic variables that are zero where the clock stands still, indices into z."""
+        return [tuple(self._of_z(symbol) for symbol in member.condition.idle) for member in self.members]
+
+    @cached_property
+    def vanishing_at_rest(self) -> list[int | None]:
+        """For every member the algebraic variable that is zero where rest begins, an index into z; None for none."""
+        symbols = [member.condition.vanishes_at_rest for member in self.members]
+        return [None if symbol is None else self._of_z(symbol) for symbol in symbols]
+
+    def _of_z(self, symbol: ca.SX) -> int:
+        return int(np.flatnonzero(ca.DM(ca.jacobian(symbol, self.algebraic)).full().ravel())[0])
 
     def met(self, i: int, factors: Sequence[ActiveFactor]) -> bool:
         """Return whether others imply a condition in an element.
@@ -161,29 +177,35 @@ class ElementConditions:
 
     @cached_property
     def _implying(self) -> list[list[tuple[int, ActiveFactor]]]:
+        def about(label: Label) -> tuple[str | None, str | None]:
+            return label.contact, label.joint
+
         return [
             [
                 (k, factor)
                 for kind, factor in own.condition.implied_by
                 for k, other in enumerate(self.labels)
-                if kind == other.kind and own.condition.label.contact == other.contact
+                if kind == other.kind and about(own.condition.label) == about(other)
             ]
             for own in self.members
         ]
 
     @cached_property
     def vector_groups(self) -> list[list[int]]:
-        """Members that have the same kind of active factor, by contact."""
-        groups: dict[tuple[str, str | None], list[int]] = {}
+        """Members that have the same kind of active factor, by contact or limit surface."""
+        groups: dict[tuple[str, str | None, str | None], list[int]] = {}
         for i, member in enumerate(self.members):
             if member.condition.vector_component:
-                groups.setdefault((member.condition.label.kind, member.condition.label.contact), []).append(i)
+                label = member.condition.label
+                groups.setdefault((label.kind, label.contact, label.joint), []).append(i)
         return list(groups.values())
 
     @cached_property
     def implied_by_rest(self) -> list[int]:
         """Rows of quantities that are zero where a contact does not move, whatever the algebraic variables are."""
-        return self._rows_of(member for member in self.members if member.condition.implied_by)
+        return self._rows_of(
+            one for one in self.members if one.condition.implied_by and one.condition.vanishes_at_rest is None
+        )
 
     @cached_property
     def between_all_points(self) -> list[int]:
@@ -202,6 +224,17 @@ class ElementConditions:
             factors: active factors of all conditions of an element.
         """
         return any(factors[k] is factor is ActiveFactor.G for k, factor in self._implying[i])
+
+    def moving(self, i: int, factors: Sequence[ActiveFactor]) -> bool:
+        """Return whether what an idle condition is about moves in an element.
+
+        Args:
+            i: its number.
+            factors: active factors of all conditions of an element.
+        """
+        joint = self.members[i].condition.label.joint
+        own = [k for group in self.vector_groups for k in group if self.labels[k].joint == joint]
+        return ActiveFactor.COMPLEMENT not in factors and any(factors[k] is ActiveFactor.H for k in own)
 
     @cached_property
     def rests(self) -> frozenset[int]:
@@ -261,6 +294,7 @@ def conditions_of(system: ComplementaritySystem) -> ElementConditions:
         jumps=jumps,
         jump_values=_jump_values(system, jumps),
         laws=len(system.impulses),
+        algebraic=system.algebraic,
     )
 
 

@@ -51,6 +51,7 @@ def read_branch(
                 heights = [size.points[:, member.G].max() for size in sizes]
                 _close_grazing_flights(position, at, heights, without_length, grazing)
     factors = [_velocity_level(size, own) for size, own in zip(sizes, position, strict=True)]
+    _settle_idle(conditions, sizes, factors, without_length)
     _settle_shares(conditions, sizes, factors, without_length)
     if conditions.jumps:
         jumps = jump_factors(conditions, elements, factors, without_length)
@@ -202,6 +203,36 @@ def _settle_shares(
                 source = max((r for r in running if r < e), default=running[0])
                 for i in group:
                     own[i] = factors[source][i]
+
+
+def _settle_idle(
+    conditions: ElementConditions,
+    sizes: Sequence[ElementSizes],
+    factors: list[list[ActiveFactor]],
+    without_length: tuple[bool, ...],
+) -> None:
+    """Let what means nothing while the clock stands still be as before, and else be decided without the clock.
+
+    The components of a vector are zero together, or the H that they share is; what that implies holds G.
+    """
+    groups = [group for group in conditions.vector_groups if conditions.members[group[0]].condition.idle]
+    for group in groups:
+        for size, own in zip(sizes, factors, strict=True):
+            fast = max(size.G(conditions.members[i]) for i in group)
+            moves = float(size.stages[:, conditions.members[group[0]].H].mean()) <= max(fast, 0.0)
+            for i in group:
+                own[i] = ActiveFactor.H if moves else ActiveFactor.G
+    members = [i for i, member in enumerate(conditions.members) if member.condition.idle]
+    of_groups = {i for group in groups for i in group}
+    for own in factors:
+        for i in members:
+            own[i] = own[i] if i in of_groups else ActiveFactor.G
+    running = [e for e, own in enumerate(factors) if ActiveFactor.COMPLEMENT not in own and not without_length[e]]
+    for e, own in enumerate(factors):
+        if running and e not in running:
+            source = max((r for r in running if r < e), default=running[0])
+            for i in members:
+                own[i] = factors[source][i]
 
 
 def _without_repetition(conditions: ElementConditions, factors: list[ActiveFactor]) -> list[ActiveFactor]:

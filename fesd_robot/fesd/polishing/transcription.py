@@ -142,7 +142,10 @@ class BranchTranscription:
             for i, member in enumerate(conditions.members):
                 row, own = conditions.quantities[member.G].row, branch.factors[e]
                 moves = own[i] is ActiveFactor.G and not conditions.met(i, own)
-                if row in self.element_rows.ending and moves and conditions.stopped(i, branch.factors[after]):
+                known = row in self.element_rows.ending or (
+                    self.element_rows.ending and member.condition.vanishes_at_rest is not None
+                )
+                if known and moves and conditions.stopped(i, branch.factors[after]):
                     ends.add((e, i))
         return ends
 

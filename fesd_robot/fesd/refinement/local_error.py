@@ -218,6 +218,9 @@ class _ModeEquations:
                 member.condition.held_at is HeldAt.RIGHT_BOUNDARY or conditions.uses_initial_value(i, factors)
             ):
                 continue
+            if frozen and member.condition.idle:
+                held |= {len(conditions.quantities) + variable for variable in conditions.idle[i]}
+                continue
             factor = ActiveFactor.H if frozen and member.condition.rate_share else own
             at = member.quantity(factor)
             if factor is ActiveFactor.G and member.invariant_state is not None:

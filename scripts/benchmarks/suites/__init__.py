@@ -1,0 +1,1 @@
+"""Suites of MPCCs: how their rows become a page."""
