@@ -318,7 +318,7 @@ class Replanner:
         moved[place] = state - predicted
         iterate = solver.step(moved).iterate
         violation, beyond = solver.violation(iterate.x)
-        first, matrices, again = violation, 1, True
+        first, matrices, again = violation, 1, violation <= ACCEPTED
         if violation > ACCEPTED:
             horizon.eased(further=True)
         while violation > EXACT and np.isfinite(violation) and (again or matrices < self._iterations):
@@ -332,7 +332,7 @@ class Replanner:
             if again and not left < violation:
                 again = False
                 continue
-            again = left <= LEAVES * violation
+            again = left <= min(LEAVES * violation, ACCEPTED)
             iterate, violation, beyond = step, left, past
         reason = ""
         if not violation <= ACCEPTED:
