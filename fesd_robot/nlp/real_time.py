@@ -24,12 +24,8 @@ BARRIER = 1e-4
 STRENGTH = 1e3
 """Multiplier above which a bound gives way."""
 
-PROXIMITY, WEAK, STRONGEST = 1e-8, 1e-4, 1e4
-"""Weight of the step, which decides variables on which nothing depends; the weakest one that helps where the program
-curves downwards, and the strongest one that is tried."""
-
-STRONGER, WEAKER = 10.0, 3.0
-"""Factors by which that weight grows until it is enough, and shrinks from one matrix to the next."""
+PROXIMITY, STRONGEST = 1e-8, 1e4
+"""Weight of the step, which decides variables on which nothing depends, and the strongest one that is tried."""
 
 SMALLER = 0.85
 """Order of a KKT matrix as a part of the last one's, from which on it is worth one of its own."""
@@ -148,7 +144,6 @@ class RealTimeInteriorPoint:
         self._library = library
         self._set_pattern(nlp)
         self._systems = list[_KktMatrix]()
-        self.proximity = PROXIMITY
         self.analyse(np.zeros(self.size, dtype=bool), np.zeros(0, dtype=int))
 
     def renumber(self, numbers: NlpNumbers) -> None:
@@ -288,13 +283,9 @@ class RealTimeInteriorPoint:
         self._weights = self._bounds.spread(1.0 / self._softness, signed=False)
         self._factorise(self._hessian)
 
-    def go_on(self, iterate: PrimalDual) -> None:
-        """Let steps begin at another iterate, with its residuals and with the KKT matrix that is prepared."""
-        self._evaluate(iterate)
-
     def _evaluate(self, iterate: PrimalDual) -> np.ndarray:
         """Evaluate what the right-hand side needs at an iterate; return the entries of the Jacobian."""
-        self._at, x = iterate, iterate.x
+        x = iterate.x
         rows, slopes = self._first_order(x, self._p)
         self._g, slopes = rows[self._rows], slopes[self._kept]
         self._gradient = self._of_cost(x, self._p)[0].copy()
@@ -302,20 +293,15 @@ class RealTimeInteriorPoint:
         return slopes
 
     def step(self, moved: np.ndarray | None = None) -> Step:
-        """Return the Newton step, as far as the bounds allow, from where the last `prepare` or `go_on` was told.
-
-        Behind `go_on` the matrix is that of another iterate: steps converge linearly, to the same solution.
+        """Return the Newton step at the prepared iterate, as far as the bounds allow.
 
         Args:
             moved: by how much fixed variables move, (n), zero at all others; default: none does.
-
-        Source: Bock, Diehl, Kostina, Schloeder, Constrained optimal feedback control of systems governed by large
-        differential algebraic equations, 2007.
         """
-        own, like, mu, rho, n = self._at, self._prepared, self.barrier, self.strength, self.size
+        own, mu, rho, n = self._prepared, self.barrier, self.strength, self.size
         moved = np.zeros(n) if moved is None else moved
-        centred_inside = (mu - own.inside * own.z) / like.z
-        centred_beyond = (mu - own.beyond * (rho - own.z)) / (rho - like.z)
+        centred_inside = mu / own.z - own.inside
+        centred_beyond = mu / (rho - own.z) - own.beyond
         pull = self._bounds.spread(own.z + (centred_inside - centred_beyond) / self._softness)
         of_x = pull[:n] - self._lagrangian
         of_rows = self._target - self._g
@@ -336,7 +322,7 @@ class RealTimeInteriorPoint:
         self, solution: np.ndarray, of_slack: np.ndarray, centred_inside: np.ndarray, centred_beyond: np.ndarray
     ) -> PrimalDual:
         """Return by how much all parts of an iterate change with a solution of the KKT system."""
-        like, n = self._prepared, self.size
+        own, n = self._prepared, self.size
         x, lam = solution[:n], solution[n:]
         x[self.fixed], lam[self._inert] = 0.0, 0.0
         slack = (lam[self._unequal] + of_slack) / self._weights[n:]
@@ -344,14 +330,14 @@ class RealTimeInteriorPoint:
         towards = self._bounds.signs * np.concatenate([x, slack])[self._bounds.places]
         z = (centred_inside - centred_beyond - towards) / self._softness
         z[~self._live] = 0.0
-        inside = centred_inside - like.inside / like.z * z
-        beyond = centred_beyond + like.beyond / (self.strength - like.z) * z
+        inside = centred_inside - own.inside / own.z * z
+        beyond = centred_beyond + own.beyond / (self.strength - own.z) * z
         inside[~self._live] = beyond[~self._live] = 0.0
         return PrimalDual(x, slack, lam, z, inside, beyond)
 
     def _further(self, moved: np.ndarray, d: PrimalDual, blocked: Step) -> Step | None:
         """Return a longer step, for which bounds give way, if it violates equality rows and bounds less."""
-        own, kept = self._at, 1 - TO_BOUNDARY
+        own, kept = self._prepared, 1 - TO_BOUNDARY
         start = own.x + moved
         nearest, at_start = self._beyond(blocked.iterate.x), self._beyond(start)
         z = np.clip(own.z + d.z, kept * own.z, self.strength - kept * (self.strength - own.z))
@@ -425,15 +411,14 @@ class RealTimeInteriorPoint:
         curvature, slopes = hessian.copy(), self._jacobian.copy()
         curvature[self._dead_curvature] = 0.0
         slopes[self._dead_slopes] = 0.0
-        last = self.proximity
-        self.proximity = last / WEAKER if WEAKER * WEAK < last <= STRONGEST else PROXIMITY
+        self.proximity = PROXIMITY
         while True:
             diagonal = self._weights[: self.size] + self.proximity
             diagonal[self.fixed] = 1.0
             negative = self._system.factorise(np.concatenate([curvature, diagonal, slopes, rows]))
             if negative == 0 or self.proximity > STRONGEST:
                 break
-            self.proximity = max(STRONGER * self.proximity, WEAK)
+            self.proximity = max(100 * self.proximity, 1e-4)
         self._parts = curvature, diagonal, slopes, rows
 
     def _solve(self, right: np.ndarray) -> np.ndarray:

@@ -11,7 +11,6 @@ import numpy as np
 from fesd_robot.arguments import checked
 from fesd_robot.contact import ContactMode
 from fesd_robot.errors import OptionError
-from fesd_robot.nlp.real_time import PROXIMITY
 from fesd_robot.ocp import MotionProblem, formulate
 from fesd_robot.plans import Plan, task_of
 from fesd_robot.replanning.another_plan import AnotherPlan, with_goal
@@ -40,10 +39,7 @@ EXACT = 1e-6
 """Violation of equations at which no further step is made."""
 
 ITERATIONS, ITERATIONS_OF_GAITS = 4, 8
-"""KKT matrices of an update, at most; of a gait, whose plan does not wait for a robot that has left it."""
-
-LEAVES = 0.3
-"""Part of a violation that a step leaves at most for another one with the same matrix."""
+"""Steps of an update, at most; of a gait, whose plan does not wait for a robot that has left it."""
 
 SHIFTING = 2
 """Steps that follow the time, before the measurement, at most."""
@@ -68,7 +64,7 @@ class Update:
     Attributes:
         time: of the measurement, s.
         prepare_seconds, feedback_seconds: before and after it.
-        iterations: Newton steps that were made with a matrix of their own; further ones with the same do not count.
+        iterations: steps that were made.
         first, violation: of equations behind the first and the last step.
         beyond: by how much bounds are violated.
         status, reason: of the policy.
@@ -115,8 +111,8 @@ class Replanner:
     Args:
         plan: exact, on a grid that follows the contacts (`method.grid: phases`).
         period: s between updates.
-        iterations: steps of an update with a KKT matrix of their own, at most; further ones are made while equations
-            are violated by more than 1e-6; default: 4, and 8 of a gait.
+        iterations: steps of an update, at most; further ones are made while equations are violated by more than 1e-6;
+            default: 4, and 8 of a gait.
         search: whether another plan is looked for in another process where the last phase of a plan cannot reach the
             goal; `search` follows it from the end of the running one on.
         strides: of a gait that are planned; other plans have none.
@@ -196,7 +192,7 @@ class Replanner:
         self._horizon, self._modes = horizon, followed.modes
         self._goal: dict[str, float] = {}
         horizon.with_numbers(horizon.motion.transcription.ocp)
-        horizon.solver.barrier, horizon.solver.proximity = horizon.barriers[0], PROXIMITY
+        horizon.solver.barrier = horizon.barriers[0]
         self._point = self._start = horizon.settled
         self._stands = False
         self._phase, self._time = 0, float(horizon.phase_ends(self._point.x)[0])
@@ -318,34 +314,26 @@ class Replanner:
         moved[place] = state - predicted
         iterate = solver.step(moved).iterate
         violation, beyond = solver.violation(iterate.x)
-        first, matrices, again = violation, 1, violation <= ACCEPTED
+        first, count = violation, 1
         if violation > ACCEPTED:
             horizon.eased(further=True)
-        while violation > EXACT and np.isfinite(violation) and (again or matrices < self._iterations):
-            if again:
-                solver.go_on(iterate)
-            else:
-                solver.prepare(iterate)
-                matrices += 1
-            step = solver.step().iterate
-            left, past = solver.violation(step.x)
-            if again and not left < violation:
-                again = False
-                continue
-            again = left <= min(LEAVES * violation, ACCEPTED)
-            iterate, violation, beyond = step, left, past
+        while violation > EXACT and np.isfinite(violation) and count < self._iterations:
+            solver.prepare(iterate)
+            iterate = solver.step().iterate
+            violation, beyond = solver.violation(iterate.x)
+            count += 1
         reason = ""
         if not violation <= ACCEPTED:
             reason = f"equations would be violated by {violation:.1g}"
         elif horizon.runs_backwards(iterate.x, self._element):
             reason = "a phase would run backwards"
         status = "old" if reason else "changed" if self._changed else "kept"
-        found = Update(time, 0.0, 0.0, matrices, first, violation, beyond, status, reason)
+        found = Update(time, 0.0, 0.0, count, first, violation, beyond, status, reason)
         if reason:  # a result that came nearer is where the next update begins, once it is good it counts
             self._start = iterate if violation < first else self._point
             return self._old(time, reason), found
         self._point = self._start = iterate
-        if first <= EXACT:
+        if count == 1:
             horizon.eased(further=False)
         self._changed = False
         self._look_for_another(beyond)
@@ -427,7 +415,7 @@ class Replanner:
             shifted = solver.step().iterate
             if not EXACT < solver.violation(shifted.x)[0] <= ACCEPTED:
                 break
-            solver.go_on(shifted)
+            solver.prepare(shifted)
             self._shifted = shifted.x
 
     def _stand(self, time: float) -> None:

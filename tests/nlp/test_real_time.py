@@ -94,24 +94,6 @@ def test_one_step_follows_to_second_order() -> None:
     assert left[1] / left[2] == pytest.approx(4.0, rel=0.1)
 
 
-def test_steps_with_one_matrix_reach_the_same_solution() -> None:
-    """Behind a matrix that stays, residuals of new iterates lead to the solution that new matrices lead to."""
-    nlp, numbers = pendulum_like()
-    solver = RealTimeInteriorPoint(nlp, numbers, barrier=1e-2)
-    point = solved(solver, np.array([0.5, 0.6, 0.0, 0.1]))
-    solver.prepare(point)
-    moved = solver.step(np.array([0.02, 0.0, 0.0, 0.0])).iterate
-    left = [solver.violation(moved.x)[0]]
-    for _ in range(6):
-        solver.go_on(moved)
-        moved = solver.step().iterate
-        left.append(solver.violation(moved.x)[0])
-    assert left[0] > 1e-5
-    assert left[-1] < 1e-9
-    exact = solved(solver, moved.x)
-    assert moved.x == pytest.approx(exact.x, abs=1e-6)
-
-
 def test_a_settled_matrix_has_the_same_steps() -> None:
     """Another order of elimination changes a step by round-off only."""
     nlp, numbers = pendulum_like()
