@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import logging
+import weakref
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -89,6 +90,49 @@ class KktSystem:
     def _pattern(self) -> tuple[Any, ...]:
         sizes = (ctypes.c_int(self.order), ctypes.c_int(self.entries))
         return (*map(ctypes.byref, sizes), _at(self._row), _at(self._column))
+
+
+class RepeatedKktSystem:
+    """A sparse symmetric system A x = b that is factorised again and again in a loop, and held by its maker.
+
+    Args:
+        row, column: indices of the entries of one triangle, from 0; equal ones are added up.
+        order: number of rows n.
+        library: from `kkt_library`.
+    """
+
+    def __init__(self, row: np.ndarray, column: np.ndarray, order: int, library: Path) -> None:
+        self.order, self.entries = order, len(row)
+        own = self._library = ctypes.CDLL(str(library))
+        own.kkt_begin.restype = ctypes.c_void_p
+        rows, columns = (np.ascontiguousarray(np.asarray(each) + 1, dtype=np.int32) for each in (row, column))
+        made = own.kkt_begin(ctypes.c_int(order), ctypes.c_int(len(row)), _at(rows), _at(columns))
+        self._system = ctypes.c_void_p(made)
+        self._values = np.zeros(self.entries)
+        weakref.finalize(self, own.kkt_end, self._system)
+
+    def factorize(self, values: np.ndarray, threshold: float = 1e-8) -> int | None:
+        """Return the number of negative eigenvalues of A with these entries, (entries); None if it is singular.
+
+        Args:
+            threshold: of the pivots.
+        """
+        self._values = np.array(values, dtype=float)
+        negative = int(self._library.kkt_factorize(self._system, _at(self._values), ctypes.c_double(threshold)))
+        return None if negative < 0 else negative
+
+    def settle(self) -> None:
+        """Choose the order of elimination for the pivots of the last factorisation, and keep it from now on.
+
+        The next thing to do is another factorisation.
+        """
+        self._library.kkt_settle(self._system)
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Return A^-1 b, one solution without refinement, (n)."""
+        x = np.array(right, dtype=float)
+        self._library.kkt_solve(self._system, _at(self._values), _at(x))
+        return x
 
 
 def _at(array: np.ndarray) -> ctypes.c_void_p:

@@ -15,7 +15,7 @@ from scipy import sparse
 
 from fesd_robot.errors import SolverError
 from fesd_robot.native import kkt_library
-from fesd_robot.native.linear_solver import KktSystem
+from fesd_robot.native.linear_solver import RepeatedKktSystem
 from fesd_robot.nlp.nlp import Nlp, NlpNumbers
 
 BARRIER = 1e-4
@@ -26,6 +26,9 @@ STRENGTH = 1e3
 
 PROXIMITY, STRONGEST = 1e-8, 1e4
 """Weight of the step, which decides variables on which nothing depends, and the strongest one that is tried."""
+
+SMALLER = 0.85
+"""Order of a KKT matrix as a part of the last one's, from which on it is worth one of its own."""
 
 REGULARISATION = 1e-9
 """Of equality rows, which may depend on each other; it acts on changes of their multipliers only."""
@@ -128,13 +131,16 @@ class RealTimeInteriorPoint:
         self._m, self._all_rows = len(self._rows), nlp.rows
         lower, upper = numbers.g_lower[self._rows], numbers.g_upper[self._rows]
         self._unequal = np.flatnonzero(lower != upper)
-        self._equal = np.flatnonzero(lower == upper)
+        self._is_equal = lower == upper
+        self._equal = np.flatnonzero(self._is_equal)
         self._own_target = self._target = np.where(lower == upper, lower, 0.0)
         free_lower, free_upper = (np.where(self._always_fixed, np.nan, each) for each in (numbers.lower, numbers.upper))
         self._bounds = _Bounds(
             np.concatenate([free_lower, lower[self._unequal]]), np.concatenate([free_upper, upper[self._unequal]])
         )
-        self._functions = [_Buffered(one) for one in (nlp.nlp, nlp.gradient, nlp.jacobian, nlp.hessian)]
+        self._cost, self._of_rows = _Buffered(nlp.nlp, 0), _Buffered(nlp.nlp, 1)
+        self._of_cost, self._first_order = _Buffered(nlp.gradient, 1), _Buffered(nlp.jacobian, 0, 1)
+        self._second_order = _Buffered(nlp.hessian, 0)
         self._library = library
         self._set_pattern(nlp)
         self._systems = list[_KktMatrix]()
@@ -159,11 +165,23 @@ class RealTimeInteriorPoint:
         in_matrix = self._leave_out(passed, left_out)
         self._system = next(each for each in reversed(self._systems) if not in_matrix[~each.kept].any())
 
-    def analyse(self, passed: np.ndarray, left_out: np.ndarray) -> None:
-        """Make a smaller KKT matrix ready for whenever these variables, or more of them, have passed."""
+    def analyse(self, passed: np.ndarray, left_out: np.ndarray) -> bool:
+        """Make a smaller KKT matrix ready for whenever these variables, or more of them, have passed.
+
+        Returns:
+            Whether it is so much smaller than the last one that it was made.
+        """
         in_matrix = self._leave_out(passed, left_out)
+        if self._systems and in_matrix.sum() > SMALLER * self._systems[-1].kept.sum():
+            return False
         self._system = _KktMatrix(self._row, self._column, in_matrix, self.size, self._library)
         self._systems.append(self._system)
+        return True
+
+    def settle(self, iterate: PrimalDual) -> None:
+        """Choose the order of elimination in the KKT matrix for its pivots at an iterate, and keep it."""
+        self.prepare(iterate)
+        self._system.settle()
 
     def _leave_out(self, passed: np.ndarray, left_out: np.ndarray) -> np.ndarray:
         """Take note of what `restrict` fixes and leaves out; return what is left of the KKT matrix, (n + m) of bool."""
@@ -186,8 +204,9 @@ class RealTimeInteriorPoint:
             x: (n).
         """
         self._target = self._own_target.copy()
-        chosen = np.intersect1d(np.searchsorted(self._rows, rows), self._equal)
-        self._target[chosen] = self._values(x)[1][chosen]
+        chosen = np.searchsorted(self._rows, rows)
+        chosen = chosen[self._is_equal[chosen]]
+        self._target[chosen] = self._values(x)[chosen]
 
     def shift(self, rows: np.ndarray, amount: float) -> None:
         """Let rows have values that are larger by an amount than those of the program."""
@@ -215,7 +234,7 @@ class RealTimeInteriorPoint:
             x: (n).
             like: an iterate whose multipliers it has; default: those that leave the least of the gradient.
         """
-        slack = self._values(x)[1][self._unequal]
+        slack = self._values(x)[self._unequal]
         if like is not None:
             return self._with_distances(x, slack, like.lam, like.z)
         h = self._bounds.inside(np.concatenate([x, slack]))
@@ -252,21 +271,26 @@ class RealTimeInteriorPoint:
 
     def objective(self, x: np.ndarray) -> float:
         """Return the objective at a point."""
-        return self._values(x)[0]
+        return float(self._cost(x, self._p)[0][0])
 
     def prepare(self, iterate: PrimalDual) -> None:
         """Evaluate all functions at an iterate, and factorise its KKT matrix."""
-        self._prepared = iterate
-        x, lam = iterate.x, np.zeros(self._all_rows)
+        self._prepared, x, lam = iterate, iterate.x, np.zeros(self._all_rows)
         lam[self._rows] = iterate.lam
-        _, gradient, jacobian, hessian = self._functions
-        self._g = self._values(x)[1].copy()
-        self._gradient = gradient(x, self._p)[1].copy()
-        self._jacobian = jacobian(x, self._p)[-1][self._kept].copy()
-        self._hessian = hessian(x, self._p, 1.0, lam)[0][self._upper_half].copy()
+        self._jacobian = self._evaluate(iterate)
+        self._hessian = self._second_order(x, self._p, 1.0, lam)[0][self._upper_half]
         self._softness = iterate.inside / iterate.z + iterate.beyond / (self.strength - iterate.z)
         self._weights = self._bounds.spread(1.0 / self._softness, signed=False)
         self._factorise(self._hessian)
+
+    def _evaluate(self, iterate: PrimalDual) -> np.ndarray:
+        """Evaluate what the right-hand side needs at an iterate; return the entries of the Jacobian."""
+        x = iterate.x
+        rows, slopes = self._first_order(x, self._p)
+        self._g, slopes = rows[self._rows], slopes[self._kept]
+        self._gradient = self._of_cost(x, self._p)[0].copy()
+        self._lagrangian = self._gradient + self._slopes.transposed(slopes, iterate.lam)
+        return slopes
 
     def step(self, moved: np.ndarray | None = None) -> Step:
         """Return the Newton step at the prepared iterate, as far as the bounds allow.
@@ -276,59 +300,52 @@ class RealTimeInteriorPoint:
         """
         own, mu, rho, n = self._prepared, self.barrier, self.strength, self.size
         moved = np.zeros(n) if moved is None else moved
-        centred_inside, centred_beyond = mu / own.z - own.inside, mu / (rho - own.z) - own.beyond
+        centred_inside = mu / own.z - own.inside
+        centred_beyond = mu / (rho - own.z) - own.beyond
         pull = self._bounds.spread(own.z + (centred_inside - centred_beyond) / self._softness)
-        of_x = pull[:n] - self._gradient - self._transposed(own.lam)
-        of_rows = self._target - self._g - self._product(moved)
-        of_rows[self._unequal] += own.slack + (own.lam[self._unequal] + pull[n:]) / self._weights[n:]
+        of_x = pull[:n] - self._lagrangian
+        of_rows = self._target - self._g
+        of_slack = own.lam[self._unequal] + pull[n:]
+        of_rows[self._unequal] += own.slack + of_slack / self._weights[n:]
         if moved.any():
             of_x -= self._curvature(moved)
+            of_rows -= self._slopes.times(self._jacobian, moved)
         of_x[self.fixed] = 0.0
         of_rows[self._inert] = 0.0
         solution = self._solve(np.concatenate([of_x, of_rows]))
-        d, d_lam = solution[:n], solution[n:]
-        d[self.fixed], d_lam[self._inert] = 0.0, 0.0
-        d_slack = ((own.lam + d_lam)[self._unequal] + pull[n:]) / self._weights[n:]
-        d_slack[self._inert_unequal] = 0.0
-        towards = self._bounds.signs * np.concatenate([d, d_slack])[self._bounds.places]
-        d_z = (centred_inside - centred_beyond - towards) / self._softness
-        d_z[~self._live] = 0.0
-        d_inside = centred_inside - own.inside / own.z * d_z
-        d_beyond = centred_beyond + own.beyond / (rho - own.z) * d_z
-        d_inside[~self._live] = d_beyond[~self._live] = 0.0
-        share = min(_share(own.inside, d_inside), _share(own.beyond, d_beyond))
-        of_multipliers = min(_share(own.z, d_z), _share(rho - own.z, -d_z))
-        step = PrimalDual(
-            own.x + moved + share * d,
-            own.slack + share * d_slack,
-            own.lam + share * d_lam,
-            own.z + of_multipliers * d_z,
-            own.inside + share * d_inside,
-            own.beyond + share * d_beyond,
-        )
-        further = self._further(moved, d, d_slack, d_lam, d_z, step, share) if share < BLOCKED else None
-        return Step(step, share) if further is None else further
+        d = self._directions(solution, of_slack, centred_inside, centred_beyond)
+        step = _along(own, moved, d, rho)
+        further = self._further(moved, d, step) if step.share < BLOCKED else None
+        return step if further is None else further
 
-    def _further(
-        self,
-        moved: np.ndarray,
-        d: np.ndarray,
-        d_slack: np.ndarray,
-        d_lam: np.ndarray,
-        d_z: np.ndarray,
-        blocked: PrimalDual,
-        share: float,
-    ) -> Step | None:
+    def _directions(
+        self, solution: np.ndarray, of_slack: np.ndarray, centred_inside: np.ndarray, centred_beyond: np.ndarray
+    ) -> PrimalDual:
+        """Return by how much all parts of an iterate change with a solution of the KKT system."""
+        own, n = self._prepared, self.size
+        x, lam = solution[:n], solution[n:]
+        x[self.fixed], lam[self._inert] = 0.0, 0.0
+        slack = (lam[self._unequal] + of_slack) / self._weights[n:]
+        slack[self._inert_unequal] = 0.0
+        towards = self._bounds.signs * np.concatenate([x, slack])[self._bounds.places]
+        z = (centred_inside - centred_beyond - towards) / self._softness
+        z[~self._live] = 0.0
+        inside = centred_inside - own.inside / own.z * z
+        beyond = centred_beyond + own.beyond / (self.strength - own.z) * z
+        inside[~self._live] = beyond[~self._live] = 0.0
+        return PrimalDual(x, slack, lam, z, inside, beyond)
+
+    def _further(self, moved: np.ndarray, d: PrimalDual, blocked: Step) -> Step | None:
         """Return a longer step, for which bounds give way, if it violates equality rows and bounds less."""
         own, kept = self._prepared, 1 - TO_BOUNDARY
         start = own.x + moved
-        nearest, at_start = self._beyond(blocked.x), self._beyond(start)
-        z = np.clip(own.z + d_z, kept * own.z, self.strength - kept * (self.strength - own.z))
+        nearest, at_start = self._beyond(blocked.iterate.x), self._beyond(start)
+        z = np.clip(own.z + d.z, kept * own.z, self.strength - kept * (self.strength - own.z))
         longer = 1.0
-        while longer > share:
-            x = start + longer * d
+        while longer > blocked.share:
+            x = start + longer * d.x
             if self._beyond(x) < min(nearest, (1 - LESS * longer) * at_start):
-                slack, lam = own.slack + longer * d_slack, own.lam + longer * d_lam
+                slack, lam = own.slack + longer * d.slack, own.lam + longer * d.lam
                 return Step(self._with_distances(x, slack, lam, own.z + longer * (z - own.z)), longer)
             longer *= 0.5
         return None
@@ -351,7 +368,7 @@ class RealTimeInteriorPoint:
             moved = np.zeros(self.size)
             moved[fixed] = 1.0
             of_x = np.where(self.fixed, 0.0, -self._curvature(moved))
-            of_rows = -self._product(moved)
+            of_rows = -self._slopes.times(self._jacobian, moved)
             of_rows[self._inert] = 0.0
             columns.append(self._solve(np.concatenate([of_x, of_rows]))[of])
         return np.array(columns).T
@@ -361,15 +378,15 @@ class RealTimeInteriorPoint:
         return float(sum(each.sum() for each in self._violations(x)))
 
     def _violations(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rows = self._values(x)[1]
+        rows = self._values(x)
         h = self._bounds.inside(np.concatenate([x, rows[self._unequal]]))
         of_rows = np.abs(rows - self._target)
         of_rows[self._inert] = 0.0
         return of_rows[self._equal], np.where(self._live, np.maximum(-h, 0.0), 0.0)
 
-    def _values(self, x: np.ndarray) -> tuple[float, np.ndarray]:
-        f, g = self._functions[0](x, self._p)[:2]
-        return float(f[0]), g[self._rows]
+    def _values(self, x: np.ndarray) -> np.ndarray:
+        """Return the values of rows that are bounded, (m)."""
+        return self._of_rows(x, self._p)[0][self._rows]
 
     def _set_pattern(self, nlp: Nlp) -> None:
         rows, columns = (np.array(part, dtype=int) for part in nlp.jacobian.sparsity_out(1).get_triplet())
@@ -381,9 +398,8 @@ class RealTimeInteriorPoint:
         self._upper_half = np.flatnonzero(rows <= columns)
         self._hessian_rows, self._hessian_columns = rows[self._upper_half], columns[self._upper_half]
         n, m = self.size, self._m
-        self._hessian_ends, self._jacobian_ends = (
-            np.searchsorted(each, np.arange(n + 1)) for each in (self._hessian_columns, self._jacobian_columns)
-        )
+        self._curves = _Entries(self._hessian_rows, self._hessian_columns, (n, n))
+        self._slopes = _Entries(self._jacobian_rows, self._jacobian_columns, (m, n))
         self._row = np.concatenate([self._hessian_rows, np.arange(n), self._jacobian_columns, n + np.arange(m)])
         self._column = np.concatenate([self._hessian_columns, np.arange(n), n + self._jacobian_rows, n + np.arange(m)])
 
@@ -403,32 +419,52 @@ class RealTimeInteriorPoint:
             if negative == 0 or self.proximity > STRONGEST:
                 break
             self.proximity = max(100 * self.proximity, 1e-4)
-        upper, shape = self._upper(curvature), (self._m, self.size)
-        jacobian = sparse.csc_matrix((slopes, self._jacobian_rows, self._jacobian_ends), shape=shape)
-        self._parts = upper, upper.diagonal(), diagonal, jacobian, rows
+        self._parts = curvature, diagonal, slopes, rows
 
     def _solve(self, right: np.ndarray) -> np.ndarray:
         """Return the solution of the KKT system, refined once."""
-        upper, twice, diagonal, jacobian, rows = self._parts
+        curvature, diagonal, slopes, rows = self._parts
         solution = self._system.solve(right)
         x, lam = solution[: self.size], solution[self.size :]
-        of_x = upper @ x + upper.T @ x + (diagonal - twice) * x + jacobian.T @ lam
-        return solution + self._system.solve(right - np.concatenate([of_x, jacobian @ x + rows * lam]))
+        of_x = self._curves.symmetric(curvature, x) + diagonal * x + self._slopes.transposed(slopes, lam)
+        of_rows = self._slopes.times(slopes, x) + rows * lam
+        return solution + self._system.solve(right - np.concatenate([of_x, of_rows]))
 
     def _curvature(self, d: np.ndarray) -> np.ndarray:
         """Return H d."""
-        upper = self._upper(self._hessian)
-        return upper @ d + upper.T @ d - upper.diagonal() * d
+        return self._curves.symmetric(self._hessian, d)
 
-    def _upper(self, values: np.ndarray) -> sparse.csc_matrix:
-        """Return the upper half of a matrix with the pattern of the Hessian."""
-        return sparse.csc_matrix((values, self._hessian_rows, self._hessian_ends), shape=(self.size, self.size))
 
-    def _product(self, d: np.ndarray) -> np.ndarray:
-        return np.bincount(self._jacobian_rows, self._jacobian * d[self._jacobian_columns], minlength=self._m)
+class _Entries:
+    """Where the entries of a sparse matrix are, column by column.
 
-    def _transposed(self, lam: np.ndarray) -> np.ndarray:
-        return np.bincount(self._jacobian_columns, self._jacobian * lam[self._jacobian_rows], minlength=self.size)
+    Args:
+        rows, columns: of the entries, by columns.
+        shape: of the matrix.
+    """
+
+    def __init__(self, rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> None:
+        ends = np.searchsorted(columns, np.arange(shape[1] + 1))
+        self._by_columns = sparse.csc_matrix((np.zeros(len(rows)), rows, ends), shape=shape)
+        self._by_rows = sparse.csr_matrix((np.zeros(len(rows)), rows, ends), shape=shape[::-1])
+        self._on_diagonal = np.flatnonzero(rows == columns)
+        self._places = columns[self._on_diagonal]
+
+    def times(self, values: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Return A x of the matrix with these values."""
+        self._by_columns.data = values
+        return np.asarray(self._by_columns @ x)
+
+    def transposed(self, values: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Return A^T x."""
+        self._by_rows.data = values
+        return np.asarray(self._by_rows @ x)
+
+    def symmetric(self, values: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Return (A + A^T - diagonal of A) x, of a symmetric matrix of which this is the upper half."""
+        result = self.times(values, x) + self.transposed(values, x)
+        result[self._places] -= values[self._on_diagonal] * x[self._places]
+        return result
 
 
 class _Bounds:
@@ -480,13 +516,20 @@ class _KktMatrix:
         place = np.cumsum(kept) - 1
         self._entries = np.flatnonzero(kept[row] & kept[column])
         row, column = place[row[self._entries]], place[column[self._entries]]
-        self._system = KktSystem(row, column, int(kept.sum()), library)
+        self._system = RepeatedKktSystem(row, column, int(kept.sum()), library)
         self._negative = int(kept[size:].sum())
 
-    def factorise(self, values: np.ndarray) -> int:
-        """Return how many negative eigenvalues the matrix has more than rows, 0 if it is convex along these."""
-        _, negative = self._system.factorize(values[self._entries], PIVOT)
-        return negative - self._negative
+    def factorise(self, values: np.ndarray) -> int | None:
+        """Return how many negative eigenvalues the matrix has more than rows, 0 if it is convex along these.
+
+        A singular matrix has None.
+        """
+        negative = self._system.factorize(values[self._entries], PIVOT)
+        return None if negative is None else negative - self._negative
+
+    def settle(self) -> None:
+        """Keep the order of elimination that is best for the pivots of the last factorisation."""
+        self._system.settle()
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Return the solution of the system."""
@@ -496,16 +539,21 @@ class _KktMatrix:
 
 
 class _Buffered:
-    """A CasADi function that reads and writes arrays of nonzeros in place."""
+    """A CasADi function that reads and writes arrays of nonzeros in place.
 
-    def __init__(self, function: ca.Function) -> None:
+    Args:
+        function: what is called.
+        wanted: numbers of its outputs that are computed.
+    """
+
+    def __init__(self, function: ca.Function, *wanted: int) -> None:
         self._buffer, self._call = function.buffer()
         buffer: Any = self._buffer
         self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
-        self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        self._outputs = [np.zeros(function.nnz_out(i)) for i in wanted]
         for i, each in enumerate(self._inputs):
             buffer.set_arg(i, each.data)
-        for i, each in enumerate(self._outputs):
+        for i, each in zip(wanted, self._outputs, strict=True):
             buffer.set_res(i, each.data)
 
     def __call__(self, *values: np.ndarray | float) -> list[np.ndarray]:
@@ -513,6 +561,21 @@ class _Buffered:
             own[:] = value
         self._call()
         return self._outputs
+
+
+def _along(own: PrimalDual, moved: np.ndarray, d: PrimalDual, strength: float) -> Step:
+    """Return the step from an iterate whose fixed variables move, as far as bounds allow."""
+    share = min(_share(own.inside, d.inside), _share(own.beyond, d.beyond))
+    of_multipliers = min(_share(own.z, d.z), _share(strength - own.z, -d.z))
+    step = PrimalDual(
+        own.x + moved + share * d.x,
+        own.slack + share * d.slack,
+        own.lam + share * d.lam,
+        own.z + of_multipliers * d.z,
+        own.inside + share * d.inside,
+        own.beyond + share * d.beyond,
+    )
+    return Step(step, share)
 
 
 def _share(values: np.ndarray, d: np.ndarray) -> float:

@@ -88,11 +88,14 @@ class Horizon:
         self._rows_at = self._rows_of_beginnings()
         self.duration = float(motion.w[self.node_clocks[-1]])
         self._end_row = self._row_of_the_end()
-        for phase in range(1, beginnings or len(own.grid.phases)):
-            self.solver.analyse(*self._passed(self.running.first_of(phase))[:2])
+        last = self.running.first_of(beginnings or len(own.grid.phases))
+        analysed = [0, *(e for e in range(1, last) if self.solver.analyse(*self._passed(e)[:2]))]
         self._element: int | None = None
         self.restrict(motion.w, 0)
         self.settled = self._settled(np.clip(motion.w, numbers.lower, numbers.upper), least)
+        for element in reversed(analysed):
+            self.restrict(self.settled.x, element)
+            self.solver.settle(self.settled)
 
     def with_numbers(self, ocp: OptimalControlProblem) -> None:
         """Let the solver have the numbers of another problem with the same equations: its goal, reference, weights."""

@@ -14,7 +14,7 @@ from fesd_robot.errors import SolverError
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.native import CompilationError, kkt_library, linear_solver
 from fesd_robot.native.compiler import begin
-from fesd_robot.native.linear_solver import KktSystem, self_test
+from fesd_robot.native.linear_solver import KktSystem, RepeatedKktSystem, self_test
 
 LIBRARY = kkt_library()
 assert LIBRARY, "the tests need a C++ compiler"
@@ -172,6 +172,38 @@ def test_zero_rows_and_columns() -> None:
     assert LIBRARY
     system = KktSystem(np.arange(3), np.arange(3), 3, LIBRARY)
     assert system.factorize(np.diag(matrix)) == (2, 1)
+
+
+@pytest.mark.parametrize("kind", ["definite", "indefinite", "kkt"])
+def test_a_system_that_is_settled_has_the_same_solution(kind: str) -> None:
+    """With an order of elimination for its own pivots a system, and another one on its pattern, is solved as before."""
+    assert LIBRARY
+    for seed in range(20):
+        generator, matrix = np.random.default_rng(seed), _random(kind, seed)
+        if _inertia(matrix)[1] < 1e-10:
+            continue
+        row, column = np.nonzero(np.tril(matrix))
+        system = RepeatedKktSystem(row, column, len(matrix), LIBRARY)
+        right = generator.normal(size=len(matrix))
+        found = [system.factorize(matrix[row, column])]
+        system.settle()
+        for factor in (1.0, 3.0):
+            found.append(system.factorize(factor * matrix[row, column]))
+            scaled, x = factor * matrix, system.solve(right)
+            x += system.solve(right - scaled @ x)
+            assert np.abs(scaled @ x - right).max() < 1e-9 * max(np.abs(scaled).max() * np.abs(x).max(), 1.0)
+        assert found == [_inertia(matrix)[0]] * 3
+
+
+def test_a_singular_system_has_no_inertia() -> None:
+    """A matrix with a row of zeros is called singular, and the next one on its pattern is not."""
+    assert LIBRARY
+    row, column = np.tril_indices(4)
+    system = RepeatedKktSystem(row, column, 4, LIBRARY)
+    matrix = np.diag([1.0, -2.0, 3.0, 0.0])
+    assert system.factorize(matrix[row, column]) is None
+    matrix[3, 3] = -1.0
+    assert system.factorize(matrix[row, column]) == 2
 
 
 def test_values_change_on_one_pattern() -> None:

@@ -106,6 +106,21 @@ void Factorization::reorder() {
     excess_ = 0.0;
 }
 
+void Factorization::settle() {
+    std::vector<int> partner(order_, -1);
+    for (const Factor& factor : factors_)
+        for (int k = 0; k < factor.pivots; ++k) {
+            if (coupling_[factor.first + k] == 0.0) continue;
+            const int *index = index_.data() + factor.index + k, i = structure_->permutation[index[0]],
+                      j = structure_->permutation[index[1]];
+            partner[i] = j;
+            partner[j] = i;
+        }
+    adopt(paired_structure(pattern_, partner));
+    reorderings_ = 0;
+    settled_ = true;
+}
+
 // Chooses the structure of the next factorization. One that was adapted to pivots that are no longer acceptable costs up
 // to thirty times as much as one without pivots in mind; so it is given up when what it has cost more than the cheapest
 // factorization adds up to `PATIENCE` of them, and at once when it costs more than the one before it was adapted: many
@@ -159,7 +174,7 @@ void Factorization::scale(const double* value) {
 // takes a thousand times as long as others. One beyond its budget begins again with a structure without pivots in mind;
 // if that has none left either, the matrix counts as singular, and IPOPT regularizes it.
 int Factorization::factorize(const double* value, double threshold, bool stop) {
-    if (!stopped_ && !given_up_) choose_structure();
+    if (!settled_ && !stopped_ && !given_up_) choose_structure();
     const double budget = least_operations_ > 0.0 ? BUDGET * least_operations_ : HUGE_VAL;
     int rank = factorize_once(value, threshold, stop, budget);
     if (rank == GIVEN_UP && reorderings_ > 0) {

@@ -41,6 +41,10 @@ public:
     // Solves A x = b in place; `value` is what was factorized last.
     void solve(double* x, const double* value);
 
+    // Lets all further factorizations have one structure, chosen for the pivots of order 2 of the last one: matrices of a
+    // loop in real time are alike, and have no time for another analysis.
+    void settle();
+
     int order() const { return order_; }
     int negative() const { return negative_; }
 
@@ -66,6 +70,7 @@ private:
     bool may_stop_ = false;                 // a system was solved, and none of them with such an inertia
     bool stopped_ = false;                  // the last factorization ended early
     bool given_up_ = false;                 // the last factorization was given up
+    bool settled_ = false;                  // the structure stays
     double threshold_ = 0.0;
     std::shared_ptr<const Pattern> pattern_;
     std::shared_ptr<const Structure> structure_;

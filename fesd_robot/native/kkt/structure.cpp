@@ -316,6 +316,34 @@ std::shared_ptr<const Structure> structure_in_order(const std::shared_ptr<const 
     return made;
 }
 
+std::shared_ptr<const Structure> paired_structure(const std::shared_ptr<const Pattern>& pattern,
+                                                  const std::vector<int>& partner) {
+    const int n = pattern->order;
+    std::vector<int> node(n, -1), first;
+    for (int i = 0; i < n; ++i) {
+        if (node[i] != -1) continue;
+        node[i] = static_cast<int>(first.size());
+        if (partner[i] != -1) node[partner[i]] = node[i];
+        first.push_back(i);
+    }
+    Pattern joined;
+    joined.order = static_cast<int>(first.size());
+    for (size_t e = 0; e < pattern->row.size(); ++e) {
+        joined.row.push_back(node[pattern->row[e]]);
+        joined.column.push_back(node[pattern->column[e]]);
+    }
+    std::vector<int> order;
+    std::vector<char> paired;
+    for (int k : minimum_degree(adjacency(joined))) {
+        const int i = first[k];
+        const bool both = partner[i] != -1;
+        order.push_back(i);
+        paired.push_back(both);
+        if (both) order.push_back(partner[i]), paired.push_back(0);
+    }
+    return structure_in_order(pattern, order, paired);
+}
+
 std::shared_ptr<const Structure> minimum_degree_structure(const std::shared_ptr<const Pattern>& pattern) {
     return structure_in_order(pattern, {}, {});
 }

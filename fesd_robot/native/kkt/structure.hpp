@@ -49,4 +49,9 @@ std::shared_ptr<const Structure> minimum_degree_structure(const std::shared_ptr<
 std::shared_ptr<const Structure> structure_in_order(const std::shared_ptr<const Pattern>& pattern,
                                                     const std::vector<int>& order, const std::vector<char>& paired);
 
+// The structure for approximate minimum degree of the graph in which a variable and its partner, -1 for none, are one
+// node: a pivot of order 2 is known to come, and the order counts what it fills in.
+std::shared_ptr<const Structure> paired_structure(const std::shared_ptr<const Pattern>& pattern,
+                                                  const std::vector<int>& partner);
+
 }  // namespace fesd
