@@ -88,8 +88,8 @@ class Horizon:
         self._rows_at = self._rows_of_beginnings()
         self.duration = float(motion.w[self.node_clocks[-1]])
         self._end_row = self._row_of_the_end()
-        last = self.running.first_of(beginnings or len(own.grid.phases))
-        analysed = [0, *(e for e in range(1, last) if self.solver.analyse(*self._passed(e)[:2]))]
+        final = self.running.first_of(beginnings or len(own.grid.phases))
+        analysed = [0, *(e for e in range(1, final) if self.solver.analyse(*self._passed(e)[:2]))]
         self._element: int | None = None
         self.restrict(motion.w, 0)
         self.settled = self._settled(np.clip(motion.w, numbers.lower, numbers.upper), least)
