@@ -151,7 +151,10 @@ def page(rows: Sequence[Row]) -> str:
         own = [row for row in rows if row["suite"] == suite]
         if not own:
             continue
-        parts += [f"## {suite}", f"{len(own)} of its {whole} files.{SAMPLES[suite]}{looked_further(own)}"]
+        parts += [
+            f"## {suite}",
+            f"{len(own)} of its {whole} files.{SAMPLES[suite]}{looked_further(own)}{first_alone(own)}",
+        ]
         if suite == "NOSBENCH":
             parts += [table(own, "level"), "By family:"]
         parts += [table(own, "family"), "Not solved:", unsolved(own), "Objective far off:", far_off(own)]
@@ -162,6 +165,12 @@ def looked_further(rows: Sequence[Row]) -> str:
     """Return of how many files further homotopies have looked for a cheaper solution."""
     count = sum(row["further"] > 0 for row in rows)
     return f" For {count} of them two further homotopies looked for a cheaper solution (`further=2`)." if count else ""
+
+
+def first_alone(rows: Sequence[Row]) -> str:
+    """Return of how many files only the first attempt was made."""
+    count = sum(not row["attempt"] for row in rows if row["solved"])
+    return f" {count} were solved by the first homotopy before there were others, by `solve`." if count else ""
 
 
 def machines(rows: Iterable[Row]) -> list[str]:
