@@ -64,3 +64,9 @@ def test_tasks_of_others_name_their_source() -> None:
         _, purpose, source, *_ = file.read_text(encoding="utf-8").splitlines()
         assert purpose.endswith(".") and re.match(r"# Source: \w+, github.com/\S+ at [0-9a-f]{7}, ", source), file
         assert load_task(file).name == file.stem
+
+
+def test_no_sweep_has_the_name_of_a_task() -> None:
+    """`fesd-robot examples NAME` copies what it stands for, and each can be copied."""
+    tasks = {example.name for example in shipped_examples() if example.kind == "task"}
+    assert not [example.name for example in shipped_examples() if example.kind == "sweep" and example.name in tasks]
