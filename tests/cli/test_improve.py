@@ -31,7 +31,7 @@ def folder(run: Callable[..., Any], tmp_path: Path) -> Path:
 
 def test_a_plan_is_replaced_by_a_cheaper_one(run: Callable[..., Any], tmp_path: Path) -> None:
     """The search begins from the plan, and what is written costs less."""
-    folder = planned(run, tmp_path / "jump", "reference.stance=0.25")
+    folder = planned(run, tmp_path / "jump", "reference.stance=0.2", "method.accuracy=1e-8")
     quick = read_plan(folder)
     assert run("improve", folder).code == 0
     better = read_plan(folder)
