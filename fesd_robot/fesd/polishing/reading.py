@@ -197,12 +197,7 @@ def _settle_shares(
         for size, own in zip(sizes, factors, strict=True):
             if all(own[i] is ActiveFactor.H for i in group):
                 own[group[int(np.argmin([size.G(conditions.members[i]) for i in group]))]] = ActiveFactor.G
-        running = [e for e, own in enumerate(factors) if ActiveFactor.COMPLEMENT not in own and not without_length[e]]
-        for e, own in enumerate(factors):
-            if running and e not in running:
-                source = max((r for r in running if r < e), default=running[0])
-                for i in group:
-                    own[i] = factors[source][i]
+        _as_before_rest(group, factors, without_length)
 
 
 def _settle_idle(
@@ -223,10 +218,17 @@ def _settle_idle(
             for i in group:
                 own[i] = ActiveFactor.H if moves else ActiveFactor.G
     members = [i for i, member in enumerate(conditions.members) if member.condition.idle]
-    of_groups = {i for group in groups for i in group}
+    implied = [i for i in members if not any(i in group for group in groups)]
     for own in factors:
-        for i in members:
-            own[i] = own[i] if i in of_groups else ActiveFactor.G
+        for i in implied:
+            own[i] = ActiveFactor.G
+    _as_before_rest(members, factors, without_length)
+
+
+def _as_before_rest(
+    members: Sequence[int], factors: list[list[ActiveFactor]], without_length: tuple[bool, ...]
+) -> None:
+    """Let members be those of the element before where the clock stands still, or of the first one in which it runs."""
     running = [e for e, own in enumerate(factors) if ActiveFactor.COMPLEMENT not in own and not without_length[e]]
     for e, own in enumerate(factors):
         if running and e not in running:
