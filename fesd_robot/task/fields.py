@@ -79,7 +79,15 @@ _BOUNDS_SCHEMA: dict[str, Any] = {
 }
 
 NameKind = Literal[
-    "configuration coordinate", "velocity coordinate", "joint", "frame", "control", "contact", "posture", "axis"
+    "configuration coordinate",
+    "velocity coordinate",
+    "joint",
+    "frame",
+    "control",
+    "group of controls",
+    "contact",
+    "posture",
+    "axis",
 ]
 """Kinds of things that a name in a task stands for."""
 

@@ -58,6 +58,7 @@ def check_names(
         "joint": joint_names,
         "frame": frame_names,
         "control": control_names,
+        "group of controls": list(task.robot.one_at_a_time),
         "contact": list(task.contacts),
         "posture": [*task.postures, *posture_names],
         "axis": AXES,
@@ -191,6 +192,10 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
         ("limits", "velocity", _VELOCITY, task.limits.velocity),
     )
     yield from _body_names(task)
+    for group, sets in task.robot.one_at_a_time.items():
+        for one, controls in sets.items():
+            for i, name in enumerate(controls):
+                yield ("robot", "one_at_a_time", group, one, str(i)), "control", name
     for i, name in enumerate(task.robot.passive):
         yield ("robot", "passive", str(i)), "joint", name
     if task.goal.periodic is not None:

@@ -183,6 +183,29 @@ class Robot(Section):
         "'actuators', which name all that is driven. Default: none.",
     )
 
+    one_at_a_time: dict[Name, Annotated[dict[Name, Annotated[list[Name], Field(min_length=1)]], Field(min_length=2)]] = (
+        Field(
+            default_factory=dict,
+            description="Name of a group -> name of a set -> its controls, whose lower limits are 0: at any time those "
+            "of at most one set of the group are not 0, as of a tool that can only be in one place. Needs method.grid "
+            "uniform. Default: none.",
+        )
+    )
+
+    @model_validator(mode="after")
+    def _in_one_set(self) -> Robot:
+        seen: dict[str, str] = {}
+        for group, sets in self.one_at_a_time.items():
+            for name, controls in sets.items():
+                for i, control in enumerate(controls):
+                    first = seen.setdefault(control, f"{group}.{name}")
+                    if first != f"{group}.{name}" or control in controls[:i]:
+                        raise conflict(
+                            ("one_at_a_time", group, name, str(i)),
+                            f"found control '{control}', which is in '{first}' already, expected another one",
+                        )
+        return self
+
     @model_validator(mode="after")
     def _distinct(self) -> Robot:
         driven: dict[str, str] = {}
