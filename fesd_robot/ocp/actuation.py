@@ -162,12 +162,6 @@ def one_at_a_time_of(task: Task, actuation: Actuation) -> dict[str, dict[str, li
     if not groups:
         return {}
     key = ("robot", "one_at_a_time")
-    if task.method.grid != "uniform":
-        raise task.error(
-            "method.grid" if "grid" in task.method.model_fields_set else key,
-            f"found '{task.method.grid}' beside robot.one_at_a_time, expected 'uniform': sets of controls change at the "
-            "ends of control intervals",
-        )
     if task.method.formulation.type != "multipliers" or task.method.contact != "freezing":
         raise task.error(key, "found groups beside another form of contact, expected method.formulation.type 'multipliers' and method.contact 'freezing'")
     lower = dict(zip(actuation.names, actuation.lower, strict=True))

@@ -12,6 +12,7 @@ import numpy as np
 
 from fesd_robot.contact import Contact, ContactMode, Modes
 from fesd_robot.ocp import MotionProblem, gap_function
+from fesd_robot.phases.acting import acting_along, each_alone, with_acting
 from fesd_robot.phases.gait import gait_images
 from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, stuck
 from fesd_robot.phases.stepping import steppings
@@ -105,6 +106,10 @@ class Guess:
                 for contact, touch, slide, velocity in zip(self.motion.contacts, touches, slid, along, strict=True)
             )
             phases.append(Phase((*modes, *(self._friction_mode(name, x) for name in joints)), length))
+        phases = [
+            replace(phase, acting=acting_along(self.motion, self.state, float(time)))
+            for phase, time in zip(phases, self._times, strict=True)
+        ]
         return Sequence((*names, *joints), joined(phases))
 
     def _mode(self, contact: Contact, touches: bool, slides: bool, velocity: np.ndarray) -> ContactMode:
@@ -165,9 +170,11 @@ def guessed_sequences(motion: MotionProblem) -> Iterator[Sequence]:
     - a short flight of all contacts to begin with, which saves the way down before a jump;
     - where a cycle is asked for and the guess never leaves the ground: the step of a gait that goes on as its mirror
       image, and contacts that stand in turn;
-    - a hop, where contacts slide along the guess and never leave the ground.
+    - a hop, where contacts slide along the guess and never leave the ground;
+    - what the guess shows with one and the same set of controls acting, of those of which one acts at a time.
     """
-    yield from _once(_guessed(motion, Guess(motion, motion.ocp.state_guess)))
+    state = motion.ocp.state_guess
+    yield from _once(with_acting(motion, state, one) for one in _guessed(motion, Guess(motion, state)))
 
 
 def hops(motion: MotionProblem) -> Iterator[Sequence]:
@@ -184,8 +191,9 @@ def hops(motion: MotionProblem) -> Iterator[Sequence]:
         duration = motion.grid.nominal / (2 * count + 1)
         stance, flight = Phase(standing, duration), Phase(flying(standing, up), duration)
         landing = replace(stance, impacts=hits(standing, {i: standing[i] for i in up}))
-        yield replace(own, phases=(stance, *(flight, landing) * count))
-        yield replace(own, phases=(stance, *(flight, stance) * count))
+        for one in (landing, stance):
+            hopping = replace(own, phases=(stance, *(flight, one) * count))
+            yield with_acting(motion, motion.ocp.state_guess, hopping)
 
 
 def _once(sequences: Iterator[Sequence]) -> Iterator[Sequence]:
@@ -222,6 +230,7 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
     if not flights and any(mode in SIDES for phase in own.phases for mode in phase.modes):
         yield with_hits(guess, _hop(motion, own))
     yield own
+    yield from each_alone(motion, own)
 
 
 def _handled(motion: MotionProblem, own: Sequence) -> Iterator[Sequence]:

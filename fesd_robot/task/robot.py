@@ -187,8 +187,8 @@ class Robot(Section):
         Field(
             default_factory=dict,
             description="Name of a group -> name of a set -> its controls, whose lower limits are 0: at any time those "
-            "of at most one set of the group are not 0, as of a tool that can only be in one place. Needs method.grid "
-            "uniform. Default: none.",
+            "of at most one set of the group are not 0, as of a tool that can only be in one place. Default: "
+            "none.",
         )
     )
 
