@@ -17,7 +17,7 @@ from fesd_robot.errors import DimensionError
 
 @dataclass(frozen=True, eq=False)
 class ComplementaritySystem:
-    """A nonsmooth system: E(x) x' = f(x, u, z, p), 0 = g(x, u, z, p), 0 = e(x, u, z, p), and complementarity conditions.
+    """A nonsmooth system: E(x) x' = f(x, u, z, p), 0 = g(x, u, z, p), 0 = e(x, u, z, p), and complementarities.
 
     In ``0 <= G(z) complementary to H(z) >= 0`` the multipliers G of switching functions are continuous in time (up to
     the exceptions their model names), H are not; finite elements with switch detection rest on this difference. The

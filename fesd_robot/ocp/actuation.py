@@ -162,8 +162,12 @@ def one_at_a_time_of(task: Task, actuation: Actuation) -> dict[str, dict[str, li
     if not groups:
         return {}
     key = ("robot", "one_at_a_time")
-    if task.method.formulation.type != "multipliers" or task.method.contact != "freezing":
-        raise task.error(key, "found groups beside another form of contact, expected method.formulation.type 'multipliers' and method.contact 'freezing'")
+    for option, found, expected in (
+        ("formulation.type", task.method.formulation.type, "multipliers"),
+        ("contact", task.method.contact, "freezing"),
+    ):
+        if found != expected:
+            raise task.error(f"method.{option}", f"found '{found}' beside robot.one_at_a_time, expected '{expected}'")
     lower = dict(zip(actuation.names, actuation.lower, strict=True))
     for group, sets in groups.items():
         for name, controls in sets.items():

@@ -25,8 +25,8 @@ def groups_of(motion: MotionProblem) -> list[list[str]]:
 def acting_along(motion: MotionProblem, state: Callable[[float], np.ndarray], time: float) -> tuple[str, ...]:
     """Return the set of every group that would do most work along a guess at a time.
 
-    That is the one with the fastest point of action: the largest ``b_c . v`` of its controls c, whose generalized forces
-    are b_c per unit.
+    That is the one with the fastest point of action: the largest ``b_c . v`` of its controls c, whose generalized
+    forces are b_c per unit.
 
     Args:
         motion: the formulated task.

@@ -78,7 +78,10 @@ def neighbours(
             contact can hit there.
         groups: sets of controls, of each of which one acts at a time.
     """
-    own, seen = _Neighbours(sequence.without_knots, contacts, profile, knots, images, groups), {sequence.key_with(knots)}
+    own, seen = (
+        _Neighbours(sequence.without_knots, contacts, profile, knots, images, groups),
+        {sequence.key_with(knots)},
+    )
     for one in own.all_of_them():
         key = one.sequence.key_with(knots)
         if key not in seen:

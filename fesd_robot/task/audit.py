@@ -47,6 +47,7 @@ class AuditLimits(Section):
     max_joint_slide_violation: Positive | None = _limit("m/s or rad/s")
     max_quaternion_norm_error: Positive | None = _limit("")
     max_impact_energy_gain: Positive | None = _limit("J")
+    max_simultaneous_control: Positive | None = _limit("N or N m")
 
     @property
     def given(self) -> dict[str, float]:

@@ -95,6 +95,18 @@ Name = Annotated[str, Field(min_length=1)]
 """Name of a joint, coordinate, frame, contact or control."""
 
 
+def _check_plain(name: str) -> str:
+    if not all(part.isalnum() or part == "_" for part in name) or not name[:1].isalpha():
+        raise expected("a name of letters, digits and '_' that begins with a letter")
+    return name
+
+
+PlainName = Annotated[
+    str, AfterValidator(_check_plain), WithJsonSchema({"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_]*$"})
+]
+"""A name that is made up in the task, as a part of others."""
+
+
 def _read_distinct(names: list[str]) -> list[str]:
     if len(set(names)) < len(names):
         raise expected("every name once")

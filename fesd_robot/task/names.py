@@ -192,10 +192,6 @@ def _names_used(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
         ("limits", "velocity", _VELOCITY, task.limits.velocity),
     )
     yield from _body_names(task)
-    for group, sets in task.robot.one_at_a_time.items():
-        for one, controls in sets.items():
-            for i, name in enumerate(controls):
-                yield ("robot", "one_at_a_time", group, one, str(i)), "control", name
     for i, name in enumerate(task.robot.passive):
         yield ("robot", "passive", str(i)), "joint", name
     if task.goal.periodic is not None:
@@ -264,6 +260,10 @@ def _actuator_names(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
             yield (*at, "force", name), _VELOCITY, name
             for used in sorted(expression_names(force)):
                 yield (*at, "force", name), _CONFIGURATION, used
+    for group, sets in task.robot.one_at_a_time.items():
+        for one, controls in sets.items():
+            for i, control in enumerate(controls):
+                yield ("robot", "one_at_a_time", group, one, str(i)), "control", control
 
 
 def _target_names(path: KeyPath, target: Goal | Waypoint) -> Iterator[tuple[KeyPath, NameKind, str]]:
