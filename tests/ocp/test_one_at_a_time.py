@@ -57,7 +57,7 @@ def strongest(found: Plan) -> np.ndarray:
 
 
 def test_time_is_shared_as_a_closed_form_says(tmp_path: Path) -> None:
-    """Forces m v / t over times t that share T cost 3 m^2 (v_x + v_z)^2 / T, with t as v; both at once would cost less."""
+    """Forces m v / t over times t as v that share T cost 3 m^2 (v_x + v_z)^2 / T; both at once would cost less."""
     found = plan(load(tmp_path))
     assert found.status.solved and found.status.exact
     assert found.statistics.objective == pytest.approx(3 * MASS**2 * 1.5**2, rel=1e-6)
@@ -112,7 +112,7 @@ def test_the_audit_measures_a_second_set(tmp_path: Path) -> None:
 WRONG = [
     ("[east, west]", "[east, vest]", "robot.one_at_a_time.valve.along.1", "a control (did you mean 'west'?)"),
     ("[north, south]", "[north, east]", "robot.one_at_a_time.valve.across.1", "in 'valve.along' already"),
-    ("force: {tip_z: 1}, lower: 0", "force: {tip_z: 1}, lower: -1", "valve.across.0", "as low as -1, expected one with"),
+    ("force: {tip_z: 1}, lower: 0", "force: {tip_z: 1}, lower: -1", "valve.across.0", "as low as -1, expected"),
     (", across: [north, south]", "", "robot.one_at_a_time.valve", "expected two sets"),
     ("valve: {along", "a valve: {along", "robot.one_at_a_time", "letters, digits and '_'"),
     ("control_sum: {valve: 3}", "control_sum: {valves: 3}", "costs.control_sum.valves", "did you mean 'valve'?"),
