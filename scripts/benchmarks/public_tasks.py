@@ -4,9 +4,9 @@
     python scripts/benchmarks/public_tasks.py idto_spinner       # this one anew, the others from the data file
     python scripts/benchmarks/public_tasks.py --redraw           # nothing anew
 
-Writes docs/results/public_tasks.md. Where the peer's problem is a cargo on a cart, or a slider that is pushed at one side
-at a time, it is posed here, too, in the peer's steps and with its cost, and solved on the sequence of stick and slip, or
-of sides, that the plan has. Exit code 1 if one is not solved.
+Writes docs/results/public_tasks.md. Where the peer's problem is a cargo on a cart, or a slider that is pushed at one
+side at a time, it is posed here, too, in the peer's steps and with its cost, and solved on the sequence of stick and
+slip, or of sides, that the plan has. Exit code 1 if one is not solved.
 """
 
 from __future__ import annotations
