@@ -293,8 +293,7 @@ class Audit(Record):
     max_simultaneous_control: Annotated[
         float | None,
         AuditEntry(
-            "the largest control of a second set of a group of which one set acts at a time; not checked without such "
-            "groups",
+            "the largest control of a second set of a group of which one set acts at a time; zero without such groups",
             "N or N m",
             1e-6,
         ),

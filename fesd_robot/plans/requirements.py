@@ -69,9 +69,8 @@ def requirements(
 
     Returns:
         ``max_slip_violation`` in m/s, ``max_slip_distance_violation`` in m, ``max_reserve_violation`` of the cone,
-        ``max_constraint_violation``, ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s, zero
-        if nothing is violated, and of a task with groups of controls ``max_simultaneous_control`` in N or N m, each
-        with its place.
+        ``max_constraint_violation``, ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s, and
+        ``max_simultaneous_control`` in N or N m, zero if nothing is violated, each with its place.
     """
     checks = _Checks(task, robot, physics, motion)
     return {
@@ -81,7 +80,7 @@ def requirements(
         "max_constraint_violation": largest(checks.constraints()),
         "max_goal_violation": largest(checks.goal(initial, goal)),
         "max_waypoint_violation": largest(checks.waypoints()),
-        **({"max_simultaneous_control": largest(checks.simultaneous())} if task.robot.one_at_a_time else {}),
+        "max_simultaneous_control": largest(checks.simultaneous()),
     }
 
 
