@@ -291,7 +291,7 @@ def cases() -> dict[str, dict[str, object]]:
             "goal.configuration.root_z": round(3 * float(np.sin(angle)), 9),
             "goal.configuration.root_pitch": -round(float(angle), 9),
         }
-    for name in ("crisp_push_t", "impact_box", "impact_push_t"):
+    for name in ("crisp_push_t", "impact_box", "impact_disk", "impact_push_t"):
         found[name] = {"task": str(folder / f"{name}.yaml")}
     found["idto_spinner"] = {"task": str(folder / "idto_spinner.yaml")}
     return found
