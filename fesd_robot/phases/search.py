@@ -15,6 +15,7 @@ from fesd_robot.phases.acting import groups_of
 from fesd_robot.phases.gait import gait_images
 from fesd_robot.phases.neighbours import neighbours
 from fesd_robot.phases.profile import ContactProfile
+from fesd_robot.phases.pushing import Pushing
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence
 from fesd_robot.phases.solving import PhaseMotion, PhaseSolver
@@ -125,6 +126,17 @@ class SequenceSearch:
             trials = [_Trial(sequence, self.cost) for sequence in untried[1:]]
             for sequence, result in zip(untried[1:], self._ahead.results(trials), strict=False):
                 self.note(what, sequence, self._motion(result))
+
+    def pushes(self, pushings: Iterable[Pushing]) -> None:
+        """Solve the sequences of pushes from the guesses that push, of each until one leads to a motion."""
+        for pushing in pushings:
+            for sequence in pushing.sequences:
+                if self.solver.over:
+                    return
+                found = self.solver.from_guess(sequence, self.cost, state=pushing.state)
+                self.note("push", sequence, found)
+                if found:
+                    break
 
     def divide(self) -> None:
         """Solve the cheapest motion again with twice as many elements; all that follow have as many, if that works."""

@@ -25,7 +25,7 @@ from fesd_robot.phases.discretised import Discretised, discretised
 from fesd_robot.phases.idle import idle_slides
 from fesd_robot.phases.reading import sequence_of
 from fesd_robot.phases.sequence import Sequence
-from fesd_robot.phases.start import start_along, start_at_rest
+from fesd_robot.phases.start import States, start_along, start_with
 
 FIXED = NlpSettings(FREE, tolerance=1e-2, violation=1e-5)
 """How an NLP is solved with the durations of the guess, from a point that is no motion: its end is a start, no more."""
@@ -204,16 +204,16 @@ class PhaseSolver:
         """The sequence on its grid that was asked for before all others that are kept; None if there is none."""
         return next(iter(self._grids.values()), None)
 
-    def from_guess(self, sequence: Sequence, below: float = np.inf, *, at_rest: bool = False) -> PhaseMotion | None:
+    def from_guess(self, sequence: Sequence, below: float = np.inf, state: States | None = None) -> PhaseMotion | None:
         """Return the motion of a sequence, from the initial guess of the task; None if none is found.
 
         Args:
             sequence: with durations that are guessed.
             below: cost above which durations are not freed; of a motion with given durations it is hardly reached.
-            at_rest: whether from a robot that rests where that begins.
+            state: another guess.
         """
         own, effort = self.on_grid(sequence), self.run.effort
-        w = start_at_rest(own, self.motion.robot) if at_rest else own.transcription.problem.start
+        w = own.transcription.problem.start if state is None else start_with(own, state)
         lengths = own.sequence.durations
         if (end := self._end(own, w, lengths, lengths, FIXED, effort.guess_iterations)) is None:
             return None

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from fesd_robot.fesd import Element, Transcription, at_stages
 from fesd_robot.fesd.neighbours import CLOCK, KnownTrajectory
+from fesd_robot.ocp import MotionProblem
 from fesd_robot.phases.discretised import Discretised
-from fesd_robot.robot import Robot
 
 STANDSTILL = 0.01
 """Numerical time of an impact that the other motion does not have."""
@@ -18,25 +19,34 @@ NEAR_OF_INTERVAL = 0.2
 """Of an interval: how far away an impact of the other motion may be that an impact begins as."""
 
 
-def start_at_rest(new: Discretised, robot: Robot) -> np.ndarray:
-    """Return the start of a sequence in which everything rests where the guess begins, (n).
+States = Callable[[float], np.ndarray]
+"""Time, s -> state, (n_x)."""
+
+
+def start_with(new: Discretised, state: States) -> np.ndarray:
+    """Return the start of a sequence from another guess than the task's, (n).
 
     Args:
         new: the sequence on its grid.
-        robot: of the task.
+        state: the other guess.
     """
     transcription = new.transcription
-    first = len(robot.configuration_names)
-    guess, clock = transcription.ocp.state_guess, list(transcription.ocp.system.state_names).index(CLOCK)
+    own = replace(transcription.ocp, state_guess=state)
+    return Transcription(own, transcription.options, given_grid=transcription.grid).problem.start
 
-    def resting(time: float) -> np.ndarray:
+
+def resting(motion: MotionProblem) -> States:
+    """Return the guess in which everything rests where the guess of a task begins."""
+    first = len(motion.robot.configuration_names)
+    guess, clock = motion.ocp.state_guess, list(motion.ocp.system.state_names).index(CLOCK)
+
+    def state(time: float) -> np.ndarray:
         x = np.array(guess(0.0))
-        x[first : first + len(robot.velocity_names)] = 0.0
+        x[first : first + len(motion.robot.velocity_names)] = 0.0
         x[clock] = guess(time)[clock]
         return x
 
-    own = replace(transcription.ocp, state_guess=resting)
-    return Transcription(own, transcription.options, given_grid=transcription.grid).problem.start
+    return state
 
 
 def start_along(known: KnownTrajectory, new: Discretised) -> np.ndarray:

@@ -17,7 +17,16 @@ from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.mpcc import BranchBounds, Mpcc, MpccSolution, NlpReport, Run, begun, solve
 from fesd_robot.nlp import NEAR, SAME, NlpPoint
 from fesd_robot.ocp import MotionProblem, formulate, with_hard_goal
-from fesd_robot.phases import PhaseMotion, PhaseSolver, SequenceSearch, guessed_sequences, hops, sequence_of
+from fesd_robot.phases import (
+    PhaseMotion,
+    PhaseSolver,
+    SequenceSearch,
+    guessed_sequences,
+    hops,
+    pushings,
+    resting,
+    sequence_of,
+)
 from fesd_robot.planning.fallbacks import Overrides, with_overrides
 from fesd_robot.planning.search_steps import SearchSteps
 from fesd_robot.plans import LocalSearch, Plan, TriedSequence
@@ -226,6 +235,8 @@ class Chain:
         if search.best is None:
             if self.earlier:
                 _note_known(search, "plan that was there", trajectory_of_plan(self.earlier, motion.ocp.system))
+            search.pushes(pushings(motion))
+        if search.best is None:
             search.guesses(guessed_sequences(motion))
         if search.best is None:
             check_time()
@@ -233,7 +244,7 @@ class Chain:
         if search.best is None and not motion.ocp.system.complementarities and not solver.over:
             # There is one sequence, and nothing but another start leads to its motion.
             for sequence in guessed_sequences(motion):
-                search.note("start at rest", sequence, solver.from_guess(sequence, at_rest=True))
+                search.note("start at rest", sequence, solver.from_guess(sequence, state=resting(motion)))
         if search.best is None and not solver.over:
             self._from_uniform(search, motion)
         if search.best and _is_gross(search.best):
