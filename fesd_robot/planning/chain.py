@@ -124,8 +124,8 @@ class Chain:
         search = SequenceSearch(solver, cores_for(task.solver.processes), self.on_progress, self._cheaper)
         own = with_hard_goal(motion) if hard_goal and task.goal.soft else motion
         with contextlib.suppress(OutOfTime):
-            if not self.run.effort.search_starts and (kept := self._kept(motion)):
-                return self._refined(replace(kept, motion=own))
+            if not self.run.effort.search_starts and (kept := self.kept(motion, own)):
+                return kept
             try:
                 self._find(search, motion)
                 first = search.cost
@@ -160,15 +160,22 @@ class Chain:
             solution = replace(begun(own.transcription.problem, 0.0), reports=list(self.reports))
             return SolvedMotion(motion, BranchMotion(own.polisher, solution.w, own.branch), solution)
 
-    def _kept(self, motion: MotionProblem) -> SolvedMotion | None:
-        """Return the motion of an earlier plan on the elements and with the multipliers that it ended with.
+    def kept(self, motion: MotionProblem, own: MotionProblem | None = None) -> SolvedMotion | None:
+        """Return the motion of an earlier plan, from the elements and the multipliers that it ended with, refined.
 
         Args:
             motion: the task.
+            own: the same with the goal that it is held against; default: the task.
 
         Returns:
             None where there is no plan of these equations, or its branch has no exact motion near by.
         """
+        found = self._on_kept_elements(motion)
+        same_branch = replace(self.noted, effort=replace(self.run.effort, refinement_repairs=0))
+        return self._refined(replace(found, motion=own or motion), same_branch) if found else None
+
+    def _on_kept_elements(self, motion: MotionProblem) -> SolvedMotion | None:
+        """Return the motion of an earlier plan on the elements that it ended with; None where there is none."""
         plan = named_plan(motion.task) or self.earlier
         known, begin = kept_motion(plan, motion) if plan else None, time.perf_counter()
         if known is None:
@@ -287,14 +294,14 @@ class Chain:
             for shortest, sticking in SIMPLER if search.best is None else ():
                 search.guesses([sequence.simplified(shortest, sticking=sticking)], f"{what}, simplified")
 
-    def _refined(self, motion: SolvedMotion) -> SolvedMotion:
+    def _refined(self, motion: SolvedMotion, run: Run | None = None) -> SolvedMotion:
         """Return a motion as accurate as its task asks for."""
         accuracy = motion.motion.task.method.accuracy
         if accuracy == "none" or self.run.deadline.left <= 0:
             return motion
         self.on_activity(Activity.REFINING)
         with contextlib.suppress(OutOfTime):
-            motion = refined(motion, accuracy, self.noted)
+            motion = refined(motion, accuracy, run or self.noted)
         return motion
 
     def _first(self, motion: MotionProblem, transcription: Transcription) -> tuple[BranchTranscription, MpccSolution]:

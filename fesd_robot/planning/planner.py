@@ -12,7 +12,7 @@ import numpy as np
 from fesd_robot.arguments import checked
 from fesd_robot.mpcc import Certificate, NlpReport, NlpStatus, Run
 from fesd_robot.native import begin_building
-from fesd_robot.ocp import assembled_plan, conflict_of, formulate, homotopy_options
+from fesd_robot.ocp import MotionProblem, assembled_plan, conflict_of, formulate, homotopy_options
 from fesd_robot.ocp.judged import names_of
 from fesd_robot.planning.attempts import AttemptedPlan, NoSequence, best_plan
 from fesd_robot.planning.chain import Chain
@@ -199,12 +199,58 @@ def attempt(
         earlier=earlier,
     )
     with held_to(run.deadline):
-        plan = _chained(task, chain, hard_goal)
+        plan = _chained(task, chain, partial(_searched, hard_goal=hard_goal))
+    assert plan is not None
     return min([plan, *before], key=lambda one: one.statistics.objective if one.status.solved else np.inf)
 
 
-def _chained(task: Task, chain: Chain, hard_goal: bool) -> Plan:
-    """Return the plan that the chain from a task leads to, of one attempt."""
+@checked
+def continued(
+    task: Task,
+    earlier: Plan,
+    *,
+    progress: Callable[[NlpReport], None] | None = None,
+    stop: Stop | None = None,
+) -> Plan | None:
+    """Plan the motion with the contact sequence of a plan of a task that differs in numbers, and look for no other one.
+
+    It begins from the elements and the multipliers that the plan ended with, and takes a few iterations where the
+    numbers are near to each other.
+
+    Args:
+        task: from `load_task`; its `solver.warm_start` names another plan to begin from, if it is given.
+        earlier: the plan to begin from.
+        progress, stop: as in `plan`.
+
+    Returns:
+        The solved plan; None where the sequence has no exact motion near that of the plan.
+
+    Raises:
+        TaskError: the task does not fit its robot; the message names file, line and key.
+    """
+    run = _run_of(task, stop, progress)
+    chain = Chain(run, _unseen, _uncounted, list[NlpReport](), earlier=earlier)
+    with held_to(run.deadline):
+        plan = _chained(task, chain, Chain.kept)
+    return plan if plan and plan.status.solved else None
+
+
+def _searched(chain: Chain, motion: MotionProblem, *, hard_goal: bool) -> SolvedMotion:
+    """Return the motion of a task on its grid.
+
+    Raises:
+        NoSequence: no sequence of phases leads to a motion on a control grid that moves.
+    """
+    if not motion.grid.moving:
+        return chain.on_uniform_grid(motion, hard_goal=hard_goal)
+    found = chain.on_phases(motion, hard_goal=hard_goal)
+    if found is None:
+        raise NoSequence("no sequence of phases leads to a motion of the task")
+    return found
+
+
+def _chained(task: Task, chain: Chain, find: Callable[[Chain, MotionProblem], SolvedMotion | None]) -> Plan | None:
+    """Return the plan that the chain from a task leads to, of one attempt; None where no motion is found."""
     clock, on_activity = Deadline(), chain.on_activity
     on_activity(Activity.BUILDING)
     if task.solver.linear_solver in ("auto", "fesd"):
@@ -221,14 +267,10 @@ def _chained(task: Task, chain: Chain, hard_goal: bool) -> Plan:
         )
 
     chain = replace(chain, as_early=planned)
-    if motion.grid.moving:
-        found = chain.on_phases(motion, hard_goal=hard_goal)
-        if found is None:
-            raise NoSequence("no sequence of phases leads to a motion of the task")
-        solved = found
-    else:
-        solved = chain.on_uniform_grid(motion, hard_goal=hard_goal)
-    solved, certificate = descended(solved, task, chain.noted, on_activity)
+    found = find(chain, motion)
+    if found is None:
+        return None
+    solved, certificate = descended(found, task, chain.noted, on_activity)
     return _with_landing_orders(planned(solved, certificate), solved, chain.run.deadline)
 
 
