@@ -108,12 +108,12 @@ class Guess:
                 self._mode(contact, touch, slide, velocity)
                 for contact, touch, slide, velocity in zip(self.motion.contacts, touches, slid, along, strict=True)
             )
-            pushes = tuple(ContactMode.TOUCH if one < 0 else ContactMode.FLIGHT for one in self._relief(x))
+            pushes = tuple(ContactMode.TOUCH if one < 0 else ContactMode.FLIGHT for one in self.relief(x))
             rubs = tuple(self._friction_mode(name, x) for name in joints)
             phases.append(Phase((*modes, *pushes, *rubs), length))
         return Sequence((*names, *compliant, *joints), joined(phases))
 
-    def _relief(self, x: np.ndarray) -> np.ndarray:
+    def relief(self, x: np.ndarray) -> np.ndarray:
         """Return how far the compliant contacts are from pushing in a state, N, (n_s)."""
         n_q = len(self.motion.robot.configuration_names)
         return np.asarray(self._reliefs(x[:n_q], x[n_q:])).ravel()
@@ -228,7 +228,7 @@ def _once(sequences: Iterator[Sequence]) -> Iterator[Sequence]:
 
 
 def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
-    own = guess.sequence()
+    own = _compressed(motion, guess, guess.sequence())
     held = [all(phase.modes[i].closed for phase in own.phases) for i in range(len(motion.contacts))]
     orders = steppings(motion)
     if orders and all(held[foot.contact] for foot in orders[0].feet if foot.steps):
@@ -254,6 +254,23 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
         yield with_hits(guess, _hop(motion, own))
     yield own
     yield from _pushes(motion, guess, own)
+
+
+def _compressed(motion: MotionProblem, guess: Guess, own: Sequence) -> Sequence:
+    """Return the sequence in which what is compressed at the start is, for half a period of its spring at most."""
+    ends, first, phase = motion.endpoints, len(motion.contacts), own.phases[0]
+    if motion.task.goal.periodic is not None:
+        return own
+    relief = guess.relief(np.concatenate([ends.initial_configuration, ends.initial_velocity]))
+    pushing = [i for i in np.flatnonzero(relief < 0).tolist() if phase.modes[first + i] is ContactMode.FLIGHT]
+    if not pushing:
+        return own
+    modes = phase.modes
+    for i in pushing:
+        modes = _with(modes, first + i, ContactMode.TOUCH)
+    length = min(0.5 * phase.duration, *(guess.half_periods[i] for i in pushing))
+    later = replace(phase, duration=phase.duration - length)
+    return replace(own, phases=(Phase(modes, length, phase.impacts), replace(later, impacts=()), *own.phases[1:]))
 
 
 def _pushes(motion: MotionProblem, guess: Guess, own: Sequence) -> Iterator[Sequence]:
