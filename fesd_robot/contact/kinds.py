@@ -20,6 +20,9 @@ SLIDING_INSIDE_SURFACE = "sliding inside the limit surface"
 FRICTION_AGAINST_SLIDING = "friction against sliding"
 """Of objects that rub on a table."""
 
+COMPLIANT_FORCE = "compliant force at a distance"
+"""Of contacts that give way."""
+
 LEFTWARDS, RIGHTWARDS = "leftwards", "rightwards"
 
 DIRECTIONS = ((FORWARDS, BACKWARDS), (LEFTWARDS, RIGHTWARDS))

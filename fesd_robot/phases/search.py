@@ -206,6 +206,7 @@ class SequenceSearch:
             ContactProfile.of(motion, current.along),
             motion.ocp.knots,
             self._images,
+            len(motion.compliant),
         )
         untried = [one for one in found if self._key(one.sequence) not in self._seen]
         below = current.cost - self._effort.neighbour_gain * abs(current.cost)
