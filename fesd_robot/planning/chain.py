@@ -6,6 +6,7 @@ import contextlib
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,6 +57,31 @@ SIMPLER = ((0.03, False), (0.0, True), (0.05, True))
 the duration, and with contacts that stick wherever they touch."""
 
 
+class UniformMotion(NamedTuple):
+    """The end of the search for a motion on a control grid that stands still, exact or not.
+
+    Attributes:
+        motion: the task on that grid.
+        polisher, solution: the end, on its branch if it has one.
+    """
+
+    motion: MotionProblem
+    polisher: BranchTranscription
+    solution: MpccSolution
+
+
+class NoSequence(Exception):
+    """No sequence of phases led to a motion of a task whose control grid moves.
+
+    Attributes:
+        uniform: how the search on a grid that stands still ended, None where there was none.
+    """
+
+    def __init__(self, uniform: UniformMotion | None) -> None:
+        super().__init__("no sequence of phases leads to a motion of the task")
+        self.uniform = uniform
+
+
 @dataclass(frozen=True)
 class Chain:
     """From a formulated task to its motion, and who is told about it.
@@ -86,26 +112,37 @@ class Chain:
         self.reports.append(nlp)
         self.run.notify(nlp)
 
-    def on_uniform_grid(self, motion: MotionProblem, *, hard_goal: bool = False) -> SolvedMotion:
+    def on_uniform_grid(
+        self, motion: MotionProblem, known: UniformMotion | None = None, *, hard_goal: bool = False
+    ) -> SolvedMotion:
         """Return the motion of a task whose control grid stands still: the first one, refined.
 
         Args:
             motion: the formulated task.
+            known: the end of the search for it, where there was one.
             hard_goal: as in `planner.attempt`.
         """
-        transcription, begin = Transcription(motion.ocp, motion.fesd), time.perf_counter()
-        try:
-            found = self._first(motion, transcription)
-        except OutOfTime:
-            with held_to(Deadline()):
-                found = BranchTranscription(transcription), begun(transcription.problem, time.perf_counter() - begin)
+        if known:
+            self.reports.extend(known.solution.reports)
+            motion, found = known.motion, (known.polisher, known.solution)
+        else:
+            found = self._begun_or_found(motion)
         if hard_goal and motion.task.goal.soft:
             motion = with_hard_goal(motion)
         with held_to(Deadline()):
             solved = SolvedMotion.of(motion, *found)
         return self._refined(solved)
 
-    def on_phases(self, motion: MotionProblem, *, hard_goal: bool = False) -> SolvedMotion | None:
+    def _begun_or_found(self, motion: MotionProblem) -> tuple[BranchTranscription, MpccSolution]:
+        """Return the first motion on a grid that stands still, or where it begins if no time was left for it."""
+        transcription, begin = Transcription(motion.ocp, motion.fesd), time.perf_counter()
+        try:
+            return self._first(motion, transcription)
+        except OutOfTime:
+            with held_to(Deadline()):
+                return BranchTranscription(transcription), begun(transcription.problem, time.perf_counter() - begin)
+
+    def on_phases(self, motion: MotionProblem, *, hard_goal: bool = False) -> SolvedMotion:
         """Return the motion of a task whose control grid moves with its contacts, searched and refined.
 
         Sequences of phases are those that the guess shows; where none of them leads to a motion, that of a motion on a
@@ -115,10 +152,10 @@ class Chain:
             motion: the formulated task.
             hard_goal: as in `planner.attempt`.
 
-        Returns:
-            None where no sequence leads to a motion.
+        Raises:
+            NoSequence: no sequence leads to a motion.
         """
-        task = motion.task
+        task, uniform = motion.task, None
         self.on_activity(Activity.SEARCHING)
         solver, first = PhaseSolver(motion, replace(self.run, report=self.reports.append)), np.inf
         search = SequenceSearch(solver, cores_for(task.solver.processes), self.on_progress, self._cheaper)
@@ -127,7 +164,7 @@ class Chain:
             if not self.run.effort.search_starts and (kept := self.kept(motion, own)):
                 return kept
             try:
-                self._find(search, motion)
+                uniform = self._find(search, motion)
                 first = search.cost
                 if search.best and self.run.effort.search_starts:
                     self.on_activity(Activity.IMPROVING)
@@ -137,7 +174,10 @@ class Chain:
                 search.close()
         if search.best:
             return self._refined(self._best(search, own, first if np.isfinite(first) else search.cost))
-        return self._guessed(solver, own) if self.run.deadline.left <= 0 else None
+        guessed = self._guessed(solver, own) if self.run.deadline.left <= 0 else None
+        if guessed is None:
+            raise NoSequence(uniform)
+        return guessed
 
     @contextlib.contextmanager
     def _shared(self, solver: PhaseSolver) -> Iterator[None]:
@@ -226,9 +266,9 @@ class Chain:
             if background:
                 background.end()
 
-    def _find(self, search: SequenceSearch, motion: MotionProblem) -> None:
-        """Find a motion to search from."""
-        solver = search.solver
+    def _find(self, search: SequenceSearch, motion: MotionProblem) -> UniformMotion | None:
+        """Find a motion to search from; return how the search on a grid that stands still ended, if there was one."""
+        solver, uniform = search.solver, None
         _note_known(search, "earlier plan", earlier_trajectory(motion))
         if search.best is None:
             if self.earlier:
@@ -242,15 +282,16 @@ class Chain:
             for sequence in guessed_sequences(motion):
                 search.note("start at rest", sequence, solver.from_guess(sequence, at_rest=True))
         if search.best is None and not solver.over:
-            self._from_uniform(search, motion)
+            uniform = self._from_uniform(search, motion)
         if search.best and _is_gross(search.best):
             search.divide()
+        return uniform
 
     def _cheaper(self, found: PhaseMotion) -> None:
         """Show the NLP of a motion that is cheaper than all before."""
         self.run.notify(found.report.as_nlp)
 
-    def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> None:
+    def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> UniformMotion | None:
         """Solve sequences that homotopies show on grids that stand still, until one of them leads to a motion.
 
         First a loose homotopy on a coarse grid, then one on the task's own, then the exact motion there; that alone
@@ -266,10 +307,11 @@ class Chain:
             check_time()
             self._from_branches(search, "coarse homotopy" if changes else "homotopy", polisher, found)
             if search.best is not None or search.solver.over:
-                return
+                return None
         uniform = formulate(task)
-        first = self._first(uniform, Transcription(uniform.ocp, uniform.fesd))
-        self._from_branches(search, "motion on a uniform grid", *first)
+        first = UniformMotion(uniform, *self._first(uniform, Transcription(uniform.ocp, uniform.fesd)))
+        self._from_branches(search, "motion on a uniform grid", first.polisher, first.solution)
+        return first
 
     def _loose(self, polisher: BranchTranscription) -> MpccSolution:
         """Return the end of a loose homotopy, from which no branch NLP is solved."""
