@@ -216,13 +216,7 @@ def attempt(
 
 
 @checked
-def continued(
-    task: Task,
-    earlier: Plan,
-    *,
-    progress: Callable[[NlpReport], None] | None = None,
-    stop: Stop | None = None,
-) -> Plan | None:
+def continued(task: Task, earlier: Plan, *, progress: Callable[[NlpReport], None] | None = None) -> Plan | None:
     """Plan the motion with the contact sequence of a plan of a task that differs in numbers, and look for no other one.
 
     It begins from the elements and the multipliers that the plan ended with, and takes a few iterations where the
@@ -231,7 +225,7 @@ def continued(
     Args:
         task: from `load_task`; its `solver.warm_start` names another plan to begin from, if it is given.
         earlier: the plan to begin from.
-        progress, stop: as in `plan`.
+        progress: as in `plan`.
 
     Returns:
         The solved plan; None where the sequence has no exact motion near that of the plan.
@@ -239,7 +233,7 @@ def continued(
     Raises:
         TaskError: the task does not fit its robot; the message names file, line and key.
     """
-    run = _run_of(task, stop, progress)
+    run = _run_of(task, None, progress)
     chain = Chain(run, _unseen, _uncounted, list[NlpReport](), earlier=earlier)
     with held_to(run.deadline):
         plan = _chained(task, chain, Chain.kept)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.errors import FesdRobotError
-from fesd_robot.mpcc import NlpReport
 from fesd_robot.planning.planner import continued, plan
 from fesd_robot.plans import PAGE_FILE, Plan, write_into
 from fesd_robot.render import write_page
@@ -41,13 +40,13 @@ def planned(order: Order, task_file: Path, measure: Callable[[Plan], Mapping[str
     task = load_task(task_file, overrides)
     limits = [seconds for seconds in (order.limits.seconds, task.solver.time_limit) if seconds is not None]
     with held_to(Deadline(min(limits, default=None), clock.spent)):
-        taken = list[NlpReport]()
-        begun = _begun_from(order.start, task_file, overrides, taken.append) if order.start else None
+        taken = list[int]()
+        begun = _begun_from(order.start, task_file, overrides, taken) if order.start else None
         result = begun or plan(task)
     verdict = Verdict.SOLVED if result.status.solved else Verdict.NOT_SOLVED
     values = values_of(result)
     if order.start is not None:
-        values |= _begun_in_vain(order.start, values, taken) if begun is None else {"start": order.start.number}
+        values |= _begun_in_vain(order.start, values, sum(taken)) if begun is None else {"start": order.start.number}
     if measure is not None:
         values |= measure(result)
     wanted = order.keep == "all" or (result.status.solved and order.keep != "none")
@@ -57,10 +56,13 @@ def planned(order: Order, task_file: Path, measure: Callable[[Plan], Mapping[str
     return Answer(order.number, verdict, values, result.status.message, files=files)
 
 
-def _begun_from(
-    start: Start, task_file: Path, overrides: Sequence[str], progress: Callable[[NlpReport], None]
-) -> Plan | None:
+def _begun_from(start: Start, task_file: Path, overrides: Sequence[str], taken: list[int]) -> Plan | None:
     """Return the plan that begins from another row's, in half of the time that is left, so that its task has the rest.
+
+    Args:
+        start: the other row.
+        task_file, overrides: the task.
+        taken: gets the iterations that it takes.
 
     Returns:
         None where that plan's sequence of contacts leads to no motion.
@@ -68,7 +70,9 @@ def _begun_from(
     held, task = held_deadline(), load_task(task_file, [*overrides, *CONTINUED])
     with held_to(held.share(CONTINUED_SHARE) if held else Deadline()):
         try:
-            result = continued(task, Plan.model_validate_json(start.plan), progress=progress)
+            result = continued(
+                task, Plan.model_validate_json(start.plan), progress=lambda nlp: taken.append(nlp.iterations)
+            )
         except FesdRobotError:
             return None  # with the task alone it is found out what is wrong
     if result is None:
@@ -77,9 +81,8 @@ def _begun_from(
     return result.model_copy(update={"task": told})
 
 
-def _begun_in_vain(start: Start, values: Mapping[str, Any], taken: Sequence[NlpReport]) -> dict[str, Any]:
+def _begun_in_vain(start: Start, values: Mapping[str, Any], abandoned: int) -> dict[str, Any]:
     """Return the columns that say from which row a plan began in vain, and with what all of its iterations are."""
-    abandoned = sum(nlp.iterations for nlp in taken)
     return {
         "abandoned": start.number,
         "abandoned_iterations": abandoned,
