@@ -4,8 +4,8 @@
     python scripts/benchmarks/public_tasks.py idto_spinner       # this one anew, the others from the data file
     python scripts/benchmarks/public_tasks.py --redraw           # nothing anew
 
-Writes docs/results/public_tasks.md. Where the peer's problem is a cargo on a cart, or a pole between soft walls, it is
-posed here, too, in the peer's steps and with its cost, and solved on the sequence of contacts that the plan has. Exit
+Writes docs/results/public_tasks.md. Where the peer's problem is a cargo on a cart, a pole between soft walls or a plate on a
+table it is posed here, too, in the peer's steps and with its cost, and solved on the sequence of contacts that the plan has. Exit
 code 1 if one is not solved.
 """
 
@@ -28,6 +28,7 @@ from fesd_robot.plans.outcome_words import miss_words
 from fesd_robot.plans.tables import markdown_table
 from fesd_robot.sweeps.planned import planned
 from scripts.benchmarks._soft_walls import SoftWalls, cart_pole, push_bot
+from scripts.benchmarks._waiter import Waiter
 from scripts.tools.arguments import ROOT, machine
 from scripts.tools.table import PROGRAM_IS, Row, Table, solved
 
@@ -144,6 +145,7 @@ def cases() -> dict[str, dict[str, object]]:
     }
     found["c3_cart_pole"] = {"task": str(folder / "c3_cart_pole.yaml")}
     found["crisp_push_bot"] = {"task": str(folder / "crisp_push_bot.yaml")}
+    found["crisp_waiter"] = {"task": str(folder / "crisp_waiter.yaml")}
     found["idto_spinner"] = {"task": str(folder / "idto_spinner.yaml")}
     return found
 
@@ -153,11 +155,12 @@ def measure(result: Plan) -> dict[str, object]:
     assert result.outcome is not None
     missed = (miss_words(result.outcome, kind) for kind in ("position", "velocity"))
     row: dict[str, object] = {"missed": "; ".join(missed), "steps": len(result.controls["time"])}
-    peers: Mapping[str, Cart | SoftWalls] = {
+    peers: Mapping[str, Cart | SoftWalls | Waiter] = {
         "crisp_transport": TRANSPORT,
         "impact_cart": IMPACT,
         "c3_cart_pole": cart_pole(),
         "crisp_push_bot": push_bot(),
+        "crisp_waiter": Waiter(),
     }
     if result.status.solved and result.name in peers:
         row["peer"], row["violation"] = peers[result.name].objective(result)
@@ -196,8 +199,9 @@ def page_of(rows: list[Row]) -> str:
             "",
             "*Cost* is that of the task here, whose controls are constant over 20 to 40 intervals. *Peer's objective* "
             "is that of the peer's file, at its own steps and with its own cost, on the sequence of contacts "
-            "that the plan has, with its largest *violation*: the optimum of a convex problem, of `crisp_push_bot` the "
-            "local one from the plan. C3's cart-pole has a linear model there. The peers report no objectives, and did "
+            "that the plan has, with its largest *violation*: the optimum of a convex problem, of `crisp_push_bot` and "
+            "`crisp_waiter` a local one. C3's cart-pole has a linear model there, in which its pole leans deeper into the "
+            "wall, and CRISP's waiter a plate that only slides. The peers report no objectives, and did "
             "not run here; their solvers stop at 1e-3 to 1e-5.",
             "",
             f"**{sum(map(solved, rows))} of {len(rows)} solved exactly.**",
