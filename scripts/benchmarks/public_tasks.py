@@ -4,9 +4,9 @@
     python scripts/benchmarks/public_tasks.py idto_spinner       # this one anew, the others from the data file
     python scripts/benchmarks/public_tasks.py --redraw           # nothing anew
 
-Writes docs/results/public_tasks.md. Where the peer's problem is a cargo on a cart, a pole between soft walls or a plate on a
-table it is posed here, too, in the peer's steps and with its cost, and solved on the sequence of contacts that the plan has. Exit
-code 1 if one is not solved.
+Writes docs/results/public_tasks.md. Where the peer's problem is a cargo on a cart, a pole between soft walls or a plate
+on a table it is posed here, too, in the peer's steps and with its cost, and solved on the sequence of contacts that the
+plan has. Exit code 1 if one is not solved.
 """
 
 from __future__ import annotations
@@ -200,8 +200,8 @@ def page_of(rows: list[Row]) -> str:
             "*Cost* is that of the task here, whose controls are constant over 20 to 40 intervals. *Peer's objective* "
             "is that of the peer's file, at its own steps and with its own cost, on the sequence of contacts "
             "that the plan has, with its largest *violation*: the optimum of a convex problem, of `crisp_push_bot` and "
-            "`crisp_waiter` a local one. C3's cart-pole has a linear model there, in which its pole leans deeper into the "
-            "wall, and CRISP's waiter a plate that only slides. The peers report no objectives, and did "
+            "`crisp_waiter` a local one. C3's cart-pole has a linear model there, in which its pole leans deeper into "
+            "the wall, and CRISP's waiter a plate that only slides. The peers report no objectives, and did "
             "not run here; their solvers stop at 1e-3 to 1e-5.",
             "",
             f"**{sum(map(solved, rows))} of {len(rows)} solved exactly.**",
