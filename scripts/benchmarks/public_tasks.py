@@ -203,9 +203,9 @@ def page_of(rows: list[Row]) -> str:
             "is that of the peer's file, at its own steps and with its own cost, on the sequence of contacts "
             "that the plan has, with its largest *violation*: the optimum of a convex problem, of `crisp_push_bot` and "
             "`crisp_waiter` a local one. C3's cart-pole has a linear model there, in which its pole leans deeper into "
-            "the wall, and CRISP's waiter a plate that only slides. The motions that CI-MPC's controllers follow cost 703 (hopper) "
-            "and 409 (flamingo) by the costs here. The peers report no objectives, and did "
-            "not run here; their solvers stop at 1e-3 to 1e-5.",
+            "the wall, and CRISP's waiter a plate that only slides. The motions that CI-MPC's controllers follow cost "
+            "703 (hopper) and 409 (flamingo) by the costs here. The peers report no objectives, and did not run here; "
+            "their solvers stop at 1e-3 to 1e-5.",
             "",
             f"**{sum(map(solved, rows))} of {len(rows)} solved exactly.**",
             "",
