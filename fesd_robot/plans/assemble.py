@@ -65,7 +65,7 @@ def compliant_of(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, C
     }
 
 
-def switches_of(motion: PhysicalMotion, names: Sequence[str], compliant: Sequence[str]) -> list[Switch]:
+def switches_of(motion: PhysicalMotion, names: Sequence[str], compliant: Sequence[str] = ()) -> list[Switch]:
     """Return the changes of contact mode in time order."""
     own = motion.compliance.switches if motion.compliance else []
     found = [Switch(time=s.time, contact=names[s.contact], kind=s.kind) for s in motion.switches]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -14,7 +15,14 @@ from fesd_robot.complementarity import Branch
 from fesd_robot.contact import CompliantContact, Contact, ContactMode, MultibodyDynamics, contact_modes
 from fesd_robot.errors import TaskError
 from fesd_robot.fesd import Element
+from fesd_robot.ocp import formulate, motion_audit, numeric_physics
+from fesd_robot.plans import task_of
 from fesd_robot.recovery import PhysicalMotion
+from fesd_robot.replay.integrator import replay_motion
+from fesd_robot.simulation import ControlSchedule
+from fesd_robot.simulation.drive import drive
+from fesd_robot.simulation.motion import driven_motion
+from fesd_robot.tracking import Tracker, feed_forward
 from tests.contact.test_joint_friction import FAR, driven
 
 MASS, STIFFNESS, DAMPING, SPEED, WALL = 2.0, 200.0, 8.0, 3.0, 1.0
@@ -169,6 +177,42 @@ def test_a_plan_bounces_off_a_spring(changes: tuple[str, ...], tmp_path: Path) -
     assert found.replay is not None
     assert found.replay.event_difference < 1e-6 and found.replay.unmatched_events == 0
     assert (found.audit.max_compliant_force_error or 0.0) < 1e-8
+
+
+def test_the_audit_sees_a_force_that_no_spring_has(tmp_path: Path) -> None:
+    """A newton more at one sample is found, with its contact and its time."""
+    motion = formulate(load_task(task(tmp_path, TASK)), driven=False)
+    physics = numeric_physics(motion)
+    schedule = ControlSchedule(np.array([0.0, 1.0]), np.zeros((1, 1)))
+    ends = motion.endpoints
+    driven_mass = drive(physics, ends.initial_configuration, ends.initial_velocity, schedule)
+    found = driven_motion(driven_mass, physics, schedule, 1)
+    assert found.compliance is not None
+    assert (motion_audit(motion, found, physics, None).max_compliant_force_error or 0.0) < 1e-9
+    force, sample = found.compliance.force.copy(), int(np.argmax(found.compliance.force[:, 0]))
+    force[sample, 0] += 1.0
+    audit = motion_audit(motion, replace(found, compliance=replace(found.compliance, force=force)), physics, None)
+    assert audit.max_compliant_force_error == pytest.approx(1.0, abs=1e-9)
+    (finding,) = [one for one in audit.findings if one.entry == "max_compliant_force_error"]
+    assert "nose" in finding.sentence and finding.time == pytest.approx(found.time[sample])
+
+
+def test_feedback_knows_the_spring(tmp_path: Path) -> None:
+    """A mass that is thrown a tenth faster than planned comes back much nearer to the plan with feedback."""
+    found = planned(tmp_path)
+    motion = formulate(task_of(found))
+    physics, errors = numeric_physics(motion), []
+    for controller in (
+        Tracker(found, motion=motion),
+        Tracker(found, feed_forward(found, motion=motion), motion=motion),
+    ):
+        q, v = motion.endpoints.initial_configuration, 1.1 * motion.endpoints.initial_velocity
+        for k in range(100):
+            u = controller.action(0.01 * k, q, v, np.zeros(0, dtype=bool))
+            end = replay_motion(physics, q, v, u, 0.01)
+            q, v = end.configuration, end.velocity
+        errors.append(max(abs(q[0]), abs(v[0] + 2.9)))
+    assert errors[0] < 0.1 * errors[1]
 
 
 @pytest.mark.parametrize(
