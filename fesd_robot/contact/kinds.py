@@ -23,6 +23,9 @@ FRICTION_AGAINST_SLIDING = "friction against sliding"
 COMPLIANT_FORCE = "compliant force at a distance"
 """Of contacts that give way."""
 
+ONE_AT_A_TIME = "one set of controls at a time"
+"""Of controls of which one set acts at a time."""
+
 LEFTWARDS, RIGHTWARDS = "leftwards", "rightwards"
 
 DIRECTIONS = ((FORWARDS, BACKWARDS), (LEFTWARDS, RIGHTWARDS))

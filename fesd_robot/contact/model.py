@@ -29,6 +29,8 @@ class MultibodyDynamics:
             have none. The force -F Sgn(v) is no part of `force`.
         limit_surfaces: name -> velocity coordinates whose dry friction is bounded by one ellipsoid with their limits
             for its axes, instead of each by its own limit.
+        one_at_a_time: name of a group -> name of a set -> its controls, never negative, of which those of one set act
+            at a time.
     """
 
     configuration: ca.SX
@@ -42,6 +44,7 @@ class MultibodyDynamics:
     control_names: Sequence[str]
     dry_friction: Mapping[str, float] = field(default_factory=dict)
     limit_surfaces: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    one_at_a_time: Mapping[str, Mapping[str, Sequence[str]]] = field(default_factory=dict)
 
     @property
     def dry_friction_units(self) -> dict[str, tuple[str, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from enum import Enum
 
 from fesd_robot.complementarity import ActiveFactor, Branch, Complementarity
@@ -16,6 +16,7 @@ from fesd_robot.contact.kinds import (
     FRICTION_AFTER_IMPACT,
     FRICTION_ALONG_SLIDING,
     MOTION_DURING_IMPACT,
+    ONE_AT_A_TIME,
     SLIDING_INSIDE_CONE,
     SLIDING_INSIDE_SURFACE,
 )
@@ -114,16 +115,36 @@ def modes_of(branch: Branch, element: int) -> dict[str, ContactMode]:
     return {**found, **joint_modes(branch, element)}
 
 
-def factors_of(conditions: Iterable[Complementarity], modes: Mapping[str, ContactMode]) -> tuple[ActiveFactor, ...]:
+def factors_of(
+    conditions: Iterable[Complementarity], modes: Mapping[str, ContactMode], acting: Collection[str] = ()
+) -> tuple[ActiveFactor, ...]:
     """Return the active factors of conditions of a contact system in which everything has a given mode.
 
-    The inverse of `modes_of`. Impulses are not among the conditions.
+    The inverse of `modes_of` and `acting_sets`. Impulses are not among the conditions.
 
     Args:
         conditions: of one element, in multipliers or with impulses.
         modes: name of every contact, and of every joint with dry friction -> its mode.
+        acting: the sets of controls that act, of groups of which one does at a time.
     """
-    return tuple(_factor(one, modes[str(one.label.joint or one.label.contact)]) for one in conditions)
+    return tuple(
+        (ActiveFactor.H if one.label.subject in acting else ActiveFactor.G)
+        if one.label.kind == ONE_AT_A_TIME
+        else _factor(one, modes[str(one.label.joint or one.label.contact)])
+        for one in conditions
+    )
+
+
+def acting_sets(branch: Branch, element: int) -> tuple[str, ...]:
+    """Return the sets of controls that may act in a finite element, of groups of which one does at a time.
+
+    Args:
+        branch: of a trajectory of a contact system.
+        element: number of the element in the trajectory.
+    """
+    factors = zip(branch.conditions, branch.factors[element], strict=True)
+    acting = [one.subject for one, factor in factors if one.kind == ONE_AT_A_TIME and factor is ActiveFactor.H]
+    return tuple({set_name.split(" ")[0]: set_name for set_name in reversed(acting)}.values())[::-1]
 
 
 def _factor(condition: Complementarity, mode: ContactMode) -> ActiveFactor:

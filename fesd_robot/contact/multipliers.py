@@ -27,6 +27,7 @@ from fesd_robot.contact.model import (
     ContactSystem,
     MultibodyDynamics,
 )
+from fesd_robot.contact.one_at_a_time import with_one_at_a_time
 from fesd_robot.contact.slip_distance import limit_slip_distances
 from fesd_robot.contact.velocities import velocity_conditions
 from fesd_robot.dcs import ComplementaritySystem
@@ -121,7 +122,7 @@ def multiplier_contact_system(
         gap_lower=0.0,
     )
     with_friction = with_limit_surfaces(with_dry_friction(contact_system, dynamics), dynamics)
-    return limit_slip_distances(with_friction, dynamics, contacts)
+    return with_one_at_a_time(limit_slip_distances(with_friction, dynamics, contacts), dynamics)
 
 
 class _Lifted(NamedTuple):

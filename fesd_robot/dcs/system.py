@@ -17,7 +17,7 @@ from fesd_robot.errors import DimensionError
 
 @dataclass(frozen=True, eq=False)
 class ComplementaritySystem:
-    """A nonsmooth system: E(x) x' = f(x, u, z, p), 0 = g(x, z, p), 0 = e(x, u, z, p), and complementarity conditions.
+    """A nonsmooth system: E(x) x' = f(x, u, z, p), 0 = g(x, u, z, p), 0 = e(x, u, z, p), and complementarities.
 
     In ``0 <= G(z) complementary to H(z) >= 0`` the multipliers G of switching functions are continuous in time (up to
     the exceptions their model names), H are not; finite elements with switch detection rest on this difference. The
@@ -27,7 +27,8 @@ class ComplementaritySystem:
         state, control, parameters, algebraic: SX columns x (n_x), u (n_u), p (n_p), z (n_z).
         mass_matrix: E, SX (n_x, n_x).
         right_hand_side: f, SX (n_x).
-        residual: g, SX: the relations between the switching functions of x and the multipliers, and lifted products.
+        residual: g, SX: the relations between the switching functions of x and the multipliers, lifted products, and
+            copies of controls.
         complementarities: the conditions; G and H of those that are no vanishing constraints are functions of z.
         algebraic_lower, algebraic_upper: bounds of z.
         state_lower: lower bounds of x that belong to the system, as a gap's; a simulation keeps them, and a problem of
@@ -40,6 +41,8 @@ class ComplementaritySystem:
         lifted: name -> definition of every product that became an algebraic variable, to be looked at.
         describe: (n_pairs) booleans, where H may be positive -> the regions or step values in words; behind them, of a
             system that jumps, whether each impulse acts where the mode begins.
+        control_copies: number of an algebraic variable -> number of the control that a row of the system says it is: a
+            smooth problem that holds one at zero holds the other one, too, and leaves that row out.
         jump: what may happen to the state between two finite elements; None if the state is continuous.
         state_names, control_names, algebraic_names: one name an entry.
 
@@ -68,6 +71,7 @@ class ComplementaritySystem:
     lifted: Mapping[str, ca.SX] = field(default_factory=dict)
     describe: Callable[[np.ndarray], str] | None = None
     state_lower: np.ndarray | None = None
+    control_copies: Mapping[int, int] = field(default_factory=dict)
     jump: Jump | None = None
 
     def __post_init__(self) -> None:

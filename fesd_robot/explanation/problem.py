@@ -178,7 +178,18 @@ def _controls(motion: MotionProblem) -> list[str]:
     return [
         f"{count} control{'s' * (count != 1)}, constant on every interval{pace}:",
         *indented(rows),
+        *_one_at_a_time(motion),
         _driven(motion),
+    ]
+
+
+def _one_at_a_time(motion: MotionProblem) -> list[str]:
+    """Say which sets of controls act one at a time."""
+    return [
+        f"One at a time acts ({group}): "
+        + "; ".join(f"{name} ({', '.join(controls)})" for name, controls in sets.items())
+        + "."
+        for group, sets in motion.dynamics.one_at_a_time.items()
     ]
 
 

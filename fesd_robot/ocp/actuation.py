@@ -152,6 +152,35 @@ def check_driven(task: Task, robot: Robot) -> None:
         )
 
 
+def one_at_a_time_of(task: Task, actuation: Actuation) -> dict[str, dict[str, list[str]]]:
+    """Return the groups of a task's controls of which one set acts at a time.
+
+    Raises:
+        TaskError: a control that may be negative, or a control grid or form of contact that does not know such groups.
+    """
+    groups = task.robot.one_at_a_time
+    if not groups:
+        return {}
+    key = ("robot", "one_at_a_time")
+    for option, found, expected in (
+        ("formulation.type", task.method.formulation.type, "multipliers"),
+        ("contact", task.method.contact, "freezing"),
+    ):
+        if found != expected:
+            raise task.error(f"method.{option}", f"found '{found}' beside robot.one_at_a_time, expected '{expected}'")
+    lower = dict(zip(actuation.names, actuation.lower, strict=True))
+    for group, sets in groups.items():
+        for name, controls in sets.items():
+            for i, control in enumerate(controls):
+                if lower[control] < 0:
+                    raise task.error(
+                        (*key, group, name, str(i)),
+                        f"found control '{control}', which may be as low as {lower[control]:g}, expected one with "
+                        "lower: 0, and a second one for the other direction",
+                    )
+    return {group: {name: list(controls) for name, controls in sets.items()} for group, sets in groups.items()}
+
+
 def _joint_drive(task: Task, robot: Robot, name: str, actuator: JointActuator) -> tuple[int, float, float]:
     written = task.robot.actuators is not None
     key = ("robot", "actuators", name, "joint") if written else ("robot",)

@@ -77,6 +77,18 @@ def _control(parts: ProblemParts) -> Terms:
     return {"control": _rate(parts) * _square(parts, "control", dynamics.control, dynamics.control_names)}
 
 
+def _control_sum(parts: ProblemParts) -> Terms:
+    """Return the rate times the sum of w_g (sum_{c in A} u_c)^2 over the sets A of controls of groups g."""
+    if not parts.task.costs.used("control_sum"):
+        return {}
+    names, u, total = list(parts.dynamics.control_names), parts.dynamics.control, ca.SX(0)
+    for group, sets in parts.dynamics.one_at_a_time.items():
+        if parts.task.costs.control_sum.get(group):
+            squares = sum((ca.sum1(u[[names.index(one) for one in own]]) ** 2 for own in sets.values()), ca.SX(0))
+            total += parts.constants["costs", "control_sum", group] * squares
+    return {"control sum": _rate(parts) * total}
+
+
 def _force(parts: ProblemParts) -> Terms:
     """Return the sum of w_c a_n (theta_+ + theta_-) over the contacts.
 
@@ -239,6 +251,7 @@ INTEGRANDS: Mapping[str, Callable[[ProblemParts], Terms]] = {
     "configuration": _configuration,
     "velocity": _velocity,
     "control": _control,
+    "control_sum": _control_sum,
     "force": _force,
     "slipping": _slipping,
     "center_of_mass": _center_of_mass,

@@ -12,7 +12,7 @@ import numpy as np
 
 from fesd_robot.contact import CompliantContact, Contact, MultibodyDynamics, Scene, contact_of, needs_space
 from fesd_robot.errors import GroundError, RobotError
-from fesd_robot.ocp.actuation import Actuation, build_actuation, check_driven
+from fesd_robot.ocp.actuation import Actuation, build_actuation, check_driven, one_at_a_time_of
 from fesd_robot.ocp.checks import check_compliance, check_contacts_move, check_dry_friction, check_impulses
 from fesd_robot.ocp.default_tolerances import with_slipping
 from fesd_robot.ocp.scene import compliance_of, friction_of, reserve_of, restitution_of, scene_of
@@ -75,7 +75,7 @@ class Setup:
             check_driven(task, robot)
         actuation = build_actuation(task, robot)
         scene = scene_of(task)
-        dynamics = _multibody_dynamics(robot, actuation)
+        dynamics = replace(_multibody_dynamics(robot, actuation), one_at_a_time=one_at_a_time_of(task, actuation))
         every = _contacts(task, robot, dynamics.configuration, scene)
         check_contacts_move(task, every, dynamics.configuration)
         contacts = [contact for contact in every if contact.name in task.rigid_contacts]

@@ -140,19 +140,22 @@ def discretised(motion: MotionProblem, sequence: Sequence, parts: int = 1) -> Di
     impulses = motion.task.method.contact == "impulses"
     modes: list[Modes] = []
     hits: list[frozenset[int]] = []
+    acting: list[tuple[str, ...]] = []
     elements: list[int] = []
     for phase, count in zip(sequence.phases, counts, strict=True):
         frozen = () if impulses else phase.impacts
         elements += [parts + len(frozen)] + [parts] * (count - 1)
         modes += [*frozen, *[phase.modes] * count * parts]
+        acting += [phase.acting] * (len(frozen) + count * parts)
         hits += [frozenset()] * len(frozen) + [phase.hit] + [frozenset()] * (count * parts - 1)
     if sequence.at_end and not impulses:
         elements[-1] += len(sequence.at_end)
         modes += sequence.at_end
+        acting += [sequence.phases[-1].acting] * len(sequence.at_end)
         hits += [frozenset()] * len(sequence.at_end)
     own = replace(motion.fesd, elements=tuple(elements), step_equilibration="none")
     polisher = BranchTranscription(Transcription(motion.ocp, own, given_grid=grid))
-    branch = _branch(polisher.conditions, sequence.names, modes, hits)
+    branch = _branch(polisher.conditions, sequence.names, modes, hits, acting)
     return Discretised(sequence, tuple(counts), parts, polisher, branch)
 
 
@@ -171,13 +174,18 @@ def _least(phase: Phase) -> int:
 
 
 def _branch(
-    conditions: ElementConditions, names: tuple[str, ...], modes: list[Modes], hits: list[frozenset[int]]
+    conditions: ElementConditions,
+    names: tuple[str, ...],
+    modes: list[Modes],
+    hits: list[frozenset[int]],
+    acting_sets: list[tuple[str, ...]],
 ) -> Branch:
-    """Return the branch of elements in given modes; where contacts are hit, impulses of all closed ones act."""
+    """Return the branch of elements in given modes, in which given sets of controls act; where contacts are hit,
+    impulses of all closed ones act."""
     members = [member.condition for member in conditions.members]
     factors = []
-    for own, hit in zip(modes, hits, strict=True):
-        found = factors_of(members, dict(zip(names, own, strict=True)))
+    for own, hit, sets in zip(modes, hits, acting_sets, strict=True):
+        found = factors_of(members, dict(zip(names, own, strict=True)), sets)
         if conditions.jumps:
             acting = {
                 name: (mode if mode.closed else ContactMode.STICK).hitting

@@ -12,6 +12,7 @@ import numpy as np
 
 from fesd_robot.contact import Contact, ContactMode, Modes
 from fesd_robot.ocp import MotionProblem, gap_function
+from fesd_robot.phases.acting import acting_along, each_alone, with_acting
 from fesd_robot.phases.gait import gait_images
 from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, stuck
 from fesd_robot.phases.stepping import steppings
@@ -111,6 +112,10 @@ class Guess:
             pushes = tuple(ContactMode.TOUCH if one < 0 else ContactMode.FLIGHT for one in self.relief(x))
             rubs = tuple(self._friction_mode(name, x) for name in joints)
             phases.append(Phase((*modes, *pushes, *rubs), length))
+        phases = [
+            replace(phase, acting=acting_along(self.motion, self.state, float(time)))
+            for phase, time in zip(phases, self._times, strict=True)
+        ]
         return Sequence((*names, *compliant, *joints), joined(phases))
 
     def relief(self, x: np.ndarray) -> np.ndarray:
@@ -196,9 +201,11 @@ def guessed_sequences(motion: MotionProblem) -> Iterator[Sequence]:
       image, and contacts that stand in turn;
     - a hop, where contacts slide along the guess and never leave the ground;
     - a push against every compliant contact that is not compressed, for half a period of its spring, and against two of
-      them one after the other.
+      them one after the other;
+    - what the guess shows with one and the same set of controls acting, of those of which one acts at a time.
     """
-    yield from _once(_guessed(motion, Guess(motion, motion.ocp.state_guess)))
+    state = motion.ocp.state_guess
+    yield from _once(with_acting(motion, state, one) for one in _guessed(motion, Guess(motion, state)))
 
 
 def hops(motion: MotionProblem) -> Iterator[Sequence]:
@@ -215,8 +222,9 @@ def hops(motion: MotionProblem) -> Iterator[Sequence]:
         duration = motion.grid.nominal / (2 * count + 1)
         stance, flight = Phase(standing, duration), Phase(flying(standing, up), duration)
         landing = replace(stance, impacts=hits(standing, {i: standing[i] for i in up}))
-        yield replace(own, phases=(stance, *(flight, landing) * count))
-        yield replace(own, phases=(stance, *(flight, stance) * count))
+        for one in (landing, stance):
+            hopping = replace(own, phases=(stance, *(flight, one) * count))
+            yield with_acting(motion, motion.ocp.state_guess, hopping)
 
 
 def _once(sequences: Iterator[Sequence]) -> Iterator[Sequence]:
@@ -254,6 +262,7 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
         yield with_hits(guess, _hop(motion, own))
     yield own
     yield from _pushes(motion, guess, own)
+    yield from each_alone(motion, own)
 
 
 def _compressed(motion: MotionProblem, guess: Guess, own: Sequence) -> Sequence:

@@ -52,6 +52,7 @@ def neighbours(
     knots: tuple[float, ...] = (),
     images: tuple[int, ...] = (),
     compliant: int = 0,
+    groups: ListOf[ListOf[str]] = (),
 ) -> Iterator[Neighbour]:
     """Yield the neighbours of a sequence, each once: one of each kind in turn, those of a kind in the order of time.
 
@@ -67,7 +68,8 @@ def neighbours(
     - contacts that switch together switch one after the other, in either order; two that switch one after the other
       exchange their order;
     - a contact slips, to either side, where it sticks, in all of a phase or where it begins or ends; it sticks where it
-      slips.
+      slips;
+    - another set of controls acts, of a group of which one acts at a time, in all of a phase or for a short time.
 
     Args:
         sequence: with durations, s; its knots are left out.
@@ -77,8 +79,9 @@ def neighbours(
         images: of a gait, the contacts whose places its contacts take where it goes on; none if it does not, or if no
             contact can hit there.
         compliant: how many compliant contacts follow the rigid ones.
+        groups: sets of controls, of each of which one acts at a time.
     """
-    own = _Neighbours(sequence.without_knots, contacts, profile, knots, images, compliant)
+    own = _Neighbours(sequence.without_knots, contacts, profile, knots, images, compliant, groups)
     seen = {sequence.key_with(knots)}
     for one in own.all_of_them():
         key = one.sequence.key_with(knots)
@@ -95,6 +98,7 @@ class _Neighbours:
     knots: tuple[float, ...]
     images: tuple[int, ...]
     compliant: int
+    groups: ListOf[ListOf[str]]
 
     def _is_compliant(self, contact: int) -> bool:
         return len(self.contacts) <= contact < len(self.contacts) + self.compliant
@@ -119,6 +123,7 @@ class _Neighbours:
             self._flights(),
             self._touches(),
             self._pushes(),
+            self._acts(),
         ]
         slides = any(mode in _SLIPS for phase in self.phases for mode in phase.modes)
         for one in chain.from_iterable(zip_longest(*kinds, *([self._slips()] if slides else []))):
@@ -225,7 +230,14 @@ class _Neighbours:
                 yield self._of(f"without phase {i + 1}", list(self.sequence.without([i]).phases))
 
     def _inserted(
-        self, what: str, i: int, modes: Modes, *, where: str = "middle", span: tuple[float, float] | None = None
+        self,
+        what: str,
+        i: int,
+        modes: Modes,
+        *,
+        where: str = "middle",
+        span: tuple[float, float] | None = None,
+        acting: tuple[str, ...] | None = None,
     ) -> Iterator[Neighbour]:
         """Yield phases put into a phase, with impacts where contacts come down, and softly.
 
@@ -235,6 +247,7 @@ class _Neighbours:
             modes: that are put into it.
             where: at its ``begin``, its ``end`` or in its ``middle``.
             span: in the middle, when, s.
+            acting: sets of controls that act in it; None for those of the phase.
         """
         phase = self.phases[i]
         short = min(INSERTED * phase.duration, LONGEST_INSERTED)
@@ -252,9 +265,15 @@ class _Neighbours:
         again = landings(modes, phase.modes)
         for side in (*self._sides((lands or again or [0])[0]), None) if lands or again else (None,):
             soft = side is None
-            inside = Phase(modes, short, () if soft or not lands else self.hit(modes, lands, side))
+            inside = replace(
+                phase,
+                modes=modes,
+                duration=short,
+                impacts=() if soft or not lands else self.hit(modes, lands, side),
+                acting=phase.acting if acting is None else acting,
+            )
             impacts = () if soft or not again else self.hit(phase.modes, again, side)
-            last = [] if where == "end" else [Phase(phase.modes, after_it, impacts)]
+            last = [] if where == "end" else [replace(phase, duration=after_it, impacts=impacts)]
             yield self._of(what, [*self.phases[:i], *first, inside, *last, *self.phases[i + 1 :]])
 
     def _flights(self) -> Iterator[Neighbour]:
@@ -307,7 +326,8 @@ class _Neighbours:
                     first = landings(before.modes, between)
                     last = landings(between, after.modes)
                     hard = bool(after.impacts)
-                    inside = Phase(between, APART, self.hit(between, first, None) if hard and first else ())
+                    hitting = self.hit(between, first, None) if hard and first else ()
+                    inside = Phase(between, APART, hitting, acting=before.acting)
                     changed = replace(after, impacts=self.hit(after.modes, last, None) if hard and last else ())
                     yield self._of(
                         f"{self._names(list(group))} switches first before phase {i + 1}",
@@ -318,7 +338,7 @@ class _Neighbours:
         for i in range(1, len(self.phases) - 1):
             before, own, after = self.phases[i - 1 : i + 2]
             last = set(switching(own.modes, after.modes))
-            if last.intersection(switching(before.modes, own.modes)):
+            if last.intersection(switching(before.modes, own.modes)) or not before.acting == own.acting == after.acting:
                 continue
             modes = tuple(after.modes[n] if n in last else mode for n, mode in enumerate(before.modes))
             one, other = landings(before.modes, modes), landings(modes, after.modes)
@@ -327,11 +347,24 @@ class _Neighbours:
                 f"phase {i + 1} exchanged",
                 [
                     *self.phases[:i],
-                    Phase(modes, own.duration, self.hit(modes, one, None) if hard and one else ()),
-                    Phase(after.modes, after.duration, self.hit(after.modes, other, None) if hard and other else ()),
+                    replace(own, modes=modes, impacts=self.hit(modes, one, None) if hard and one else ()),
+                    replace(after, impacts=self.hit(after.modes, other, None) if hard and other else ()),
                     *self.phases[i + 2 :],
                 ],
             )
+
+    def _acts(self) -> Iterator[Neighbour]:
+        """Yield the sequences in which another set of controls acts, in all of a phase or for a short time."""
+        for i, phase in enumerate(self.phases):
+            for others in self.groups:
+                own = [one for one in phase.acting if one in others]
+                for other in (one for one in others if one not in own):
+                    acting = tuple(other if one in own else one for one in phase.acting) if own else (other,)
+                    what = f"'{other}' acts in phase {i + 1}"
+                    yield self._of(what, self._changed(i, replace(phase, acting=acting)))
+                    for where in ("middle", "begin", "end"):
+                        short = f"{what}, for a short time at its {where}"
+                        yield from self._inserted(short, i, phase.modes, where=where, acting=acting)
 
     def _slips(self) -> Iterator[Neighbour]:
         for i, phase in enumerate(self.phases):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fesd_robot.contact import ContactMode, Modes, acting_impulses, modes_of, names_of_modes
+from fesd_robot.contact import ContactMode, Modes, acting_impulses, acting_sets, modes_of, names_of_modes
 from fesd_robot.fesd.neighbours import KnownTrajectory
 from fesd_robot.phases.sequence import Phase, Sequence, joined
 
@@ -41,7 +41,7 @@ def sequence_of(known: KnownTrajectory) -> Sequence:
                 )
             ]
         duration = float(element.x[-1, clock] - element.x_left[clock])
-        phases.append(Phase(modes, duration, tuple(pending)))
+        phases.append(Phase(modes, duration, tuple(pending), acting=acting_sets(branch, e)))
         pending = []
     phases = list(joined(phases))
     short = [i for i, phase in enumerate(phases) if phase.duration < shortest]

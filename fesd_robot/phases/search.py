@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fesd_robot.mpcc import PolishingReport
+from fesd_robot.phases.acting import groups_of
 from fesd_robot.phases.gait import gait_images
 from fesd_robot.phases.neighbours import neighbours
 from fesd_robot.phases.profile import ContactProfile
@@ -207,6 +208,7 @@ class SequenceSearch:
             motion.ocp.knots,
             self._images,
             len(motion.compliant),
+            groups_of(motion),
         )
         untried = [one for one in found if self._key(one.sequence) not in self._seen]
         below = current.cost - self._effort.neighbour_gain * abs(current.cost)

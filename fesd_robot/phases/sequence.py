@@ -32,12 +32,14 @@ class Phase:
         duration: s; about, as long as it is not solved.
         impacts: modes while the clock stands still where the phase begins, one after the other; some of them hit.
         knot: whether its end stays at its time.
+        acting: the sets of controls that act, one at most of every group of which one acts at a time.
     """
 
     modes: Modes
     duration: float
     impacts: tuple[Modes, ...] = ()
     knot: bool = False
+    acting: tuple[str, ...] = ()
 
     @property
     def hit(self) -> frozenset[int]:
@@ -62,7 +64,7 @@ class Sequence:
     @property
     def key(self) -> tuple[object, ...]:
         """What happens, without when: two sequences that share it differ in durations and knots only."""
-        return (*((phase.modes, phase.impacts) for phase in self.without_knots.phases), self.at_end)
+        return (*((phase.modes, phase.impacts, phase.acting) for phase in self.without_knots.phases), self.at_end)
 
     def key_with(self, knots: tuple[float, ...]) -> tuple[object, ...]:
         """What happens, and between which knots, s: no switch crosses one while a motion is solved."""
@@ -182,9 +184,14 @@ class Sequence:
 
     def __str__(self) -> str:
         return " ".join(
-            ("!" if phase.impacts else "") + "".join(_LETTERS[mode] for mode in phase.modes)
+            ("!" if phase.impacts else "") + "".join([*(_LETTERS[mode] for mode in phase.modes), *_acting(phase)])
             for phase in self.without_knots.phases
         ) + "!" * bool(self.at_end)
+
+
+def _acting(phase: Phase) -> list[str]:
+    """Return the sets of controls that act in a phase, as a sequence is written."""
+    return [f"[{one.split(' ', 1)[1]}]" for one in phase.acting]
 
 
 def _with(modes: Modes, n: int, mode: ContactMode) -> Modes:
@@ -242,7 +249,7 @@ def joined(phases: Iterable[Phase]) -> tuple[Phase, ...]:
     """Return phases without those that repeat the one before them."""
     found: list[Phase] = []
     for phase in phases:
-        if found and found[-1].modes == phase.modes and not phase.impacts:
+        if found and (found[-1].modes, found[-1].acting) == (phase.modes, phase.acting) and not phase.impacts:
             found[-1] = replace(found[-1], duration=found[-1].duration + phase.duration, knot=phase.knot)
         else:
             found.append(phase)

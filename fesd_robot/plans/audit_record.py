@@ -299,6 +299,14 @@ class Audit(Record):
             turnover_ratio=2e-4,
         ),
     ] = None
+    max_simultaneous_control: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest control of a second set of a group of which one set acts at a time; zero without such groups",
+            "N or N m",
+            1e-6,
+        ),
+    ] = None
     tolerances: dict[str, float]
     defaults: dict[str, float] = Field(default_factory=dict)
     violations: list[str]

@@ -126,6 +126,9 @@ _WORDS = {
         "its compression decides its force",
         _SOLVED,
     ),
+    "max_simultaneous_control": _Words(
+        "control {subject} has {value} while another set of its group acts", "one of them acts at a time", _SOLVED
+    ),
     "max_quaternion_norm_error": _Words(
         "the length of the quaternion of {subject} is {value} off one",
         "only unit quaternions are rotations",

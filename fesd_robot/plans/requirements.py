@@ -69,8 +69,8 @@ def requirements(
 
     Returns:
         ``max_slip_violation`` in m/s, ``max_slip_distance_violation`` in m, ``max_reserve_violation`` of the cone,
-        ``max_constraint_violation``, ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s, zero
-        if nothing is violated, each with its place.
+        ``max_constraint_violation``, ``max_goal_violation``, ``max_waypoint_violation`` in m, rad, m/s or rad/s, and
+        ``max_simultaneous_control`` in N or N m, zero if nothing is violated, each with its place.
     """
     checks = _Checks(task, robot, physics, motion)
     return {
@@ -80,6 +80,7 @@ def requirements(
         "max_constraint_violation": largest(checks.constraints()),
         "max_goal_violation": largest(checks.goal(initial, goal)),
         "max_waypoint_violation": largest(checks.waypoints()),
+        "max_simultaneous_control": largest(checks.simultaneous()),
     }
 
 
@@ -170,6 +171,17 @@ class _Checks:
 
     def _interval(self, time: float) -> int:
         return int(self._motion.interval[self._samples(time)[-1]])
+
+    def simultaneous(self) -> Iterator[Measured]:
+        """Yield the largest control of the second strongest set of every group of which one set acts at a time."""
+        names = list(self._task.robot.actuators or {})
+        for sets in self._task.robot.one_at_a_time.values():
+            rows = [[names.index(name) for name in controls] for controls in sets.values()]
+            largest_ones = np.array([self._motion.control[:, own].max(axis=1) for own in rows])
+            strongest = np.argsort(largest_ones, axis=0)
+            for k, second in enumerate(strongest[-2]):
+                name = names[rows[second][int(np.argmax(self._motion.control[k, rows[second]]))]]
+                yield self._at(k, float(largest_ones[second, k]), name)
 
     def constraints(self) -> Iterator[Measured]:
         """Yield the violation of every constraint at every state it holds at, stages and states between them."""

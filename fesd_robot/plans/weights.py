@@ -19,6 +19,10 @@ def weights_of(plan: Plan) -> dict[str, str]:
         "configuration coordinate": positions,
         "velocity coordinate": units.velocity,
         "control": units.controls,
+        "group of controls": {
+            group: units.controls[next(iter(sets.values()))[0]]
+            for group, sets in plan.task.get("robot", {}).get("one_at_a_time", {}).items()
+        },
         "contact": dict.fromkeys(plan.contacts, ""),
         "axis": axes,
         "frame": axes,

@@ -48,6 +48,7 @@ class AuditLimits(Section):
     max_compliant_force_error: Positive | None = _limit("N")
     max_quaternion_norm_error: Positive | None = _limit("")
     max_impact_energy_gain: Positive | None = _limit("J")
+    max_simultaneous_control: Positive | None = _limit("N or N m")
 
     @property
     def given(self) -> dict[str, float]:

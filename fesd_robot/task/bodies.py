@@ -11,6 +11,7 @@ from fesd_robot.task.fields import (
     AXES,
     Name,
     NonNegative,
+    PlainName,
     Positive,
     Section,
     Values,
@@ -221,13 +222,5 @@ Body = Annotated[
 """A body beside the robot."""
 
 
-def _check_name(name: str) -> str:
-    if not all(part.isalnum() or part == "_" for part in name) or not name[:1].isalpha():
-        raise expected("a name of letters, digits and '_' that begins with a letter")
-    return name
-
-
-BodyName = Annotated[
-    str, AfterValidator(_check_name), WithJsonSchema({"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_]*$"})
-]
+BodyName = PlainName
 """Name of a body, which stands in front of the names of its joints, coordinates and frames."""

@@ -81,6 +81,14 @@ class Costs(Section):
         description="Name of a control -> weight of its square, per s and N2 or (N m)2; default: as much for every "
         "control that a force of the robot's weight, or this times its length as a torque, costs 1 a second.",
     )
+    control_sum: Annotated[
+        Weights,
+        CostTerm("sum of the controls of a set", "group of controls", "/{square}/s"),
+    ] = Field(
+        default_factory=dict,
+        description="Name of a group of robot.one_at_a_time -> weight of the squared sum of the controls of each of "
+        "its sets, per s and N2 or (N m)2; default: none.",
+    )
     terminal_configuration: Annotated[
         Weights | None,
         CostTerm(

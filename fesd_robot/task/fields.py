@@ -79,12 +79,32 @@ _BOUNDS_SCHEMA: dict[str, Any] = {
 }
 
 NameKind = Literal[
-    "configuration coordinate", "velocity coordinate", "joint", "frame", "control", "contact", "posture", "axis"
+    "configuration coordinate",
+    "velocity coordinate",
+    "joint",
+    "frame",
+    "control",
+    "group of controls",
+    "contact",
+    "posture",
+    "axis",
 ]
 """Kinds of things that a name in a task stands for."""
 
 Name = Annotated[str, Field(min_length=1)]
 """Name of a joint, coordinate, frame, contact or control."""
+
+
+def _check_plain(name: str) -> str:
+    if not all(part.isalnum() or part == "_" for part in name) or not name[:1].isalpha():
+        raise expected("a name of letters, digits and '_' that begins with a letter")
+    return name
+
+
+PlainName = Annotated[
+    str, AfterValidator(_check_plain), WithJsonSchema({"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_]*$"})
+]
+"""A name that is made up in the task, as a part of others."""
 
 
 def _read_distinct(names: list[str]) -> list[str]:

@@ -58,6 +58,7 @@ def check_names(
         "joint": joint_names,
         "frame": frame_names,
         "control": control_names,
+        "group of controls": list(task.robot.one_at_a_time),
         "contact": list(task.contacts),
         "posture": [*task.postures, *posture_names],
         "axis": AXES,
@@ -259,6 +260,10 @@ def _actuator_names(task: Task) -> Iterator[tuple[KeyPath, NameKind, str]]:
             yield (*at, "force", name), _VELOCITY, name
             for used in sorted(expression_names(force)):
                 yield (*at, "force", name), _CONFIGURATION, used
+    for group, sets in task.robot.one_at_a_time.items():
+        for one, controls in sets.items():
+            for i, control in enumerate(controls):
+                yield ("robot", "one_at_a_time", group, one, str(i)), "control", control
 
 
 def _target_names(path: KeyPath, target: Goal | Waypoint) -> Iterator[tuple[KeyPath, NameKind, str]]:

@@ -13,6 +13,7 @@ from fesd_robot.task.fields import (
     Name,
     NonNegative,
     Number,
+    PlainName,
     Positive,
     Reserved,
     Section,
@@ -107,6 +108,27 @@ class GeneralizedForceActuator(Section):
 Actuator = Annotated[JointActuator | GeneralizedForceActuator, Field(discriminator="type")]
 
 
+def _check_sets(sets: dict[str, list[str]]) -> dict[str, list[str]]:
+    if len(sets) < 2:
+        raise expected("two sets of controls at least, of which one acts at a time")
+    return sets
+
+
+Sets = Annotated[
+    dict[PlainName, Annotated[list[Name], Field(min_length=1)]],
+    AfterValidator(_check_sets),
+    WithJsonSchema(
+        {
+            "type": "object",
+            "propertyNames": {"pattern": "^[A-Za-z][A-Za-z0-9_]*$"},
+            "additionalProperties": {"type": "array", "items": {"type": "string", "minLength": 1}, "minItems": 1},
+            "minProperties": 2,
+        }
+    ),
+]
+"""Name of a set -> its controls."""
+
+
 def _check_order(lower: float | None, upper: float | None) -> None:
     if lower is not None and upper is not None and not lower < upper:
         raise conflict(("lower",), f"found lower {lower:g} and upper {upper:g}, expected lower < upper")
@@ -182,6 +204,26 @@ class Robot(Section):
         description="Names of joints that nothing drives although they have an effort limit; only without "
         "'actuators', which name all that is driven. Default: none.",
     )
+
+    one_at_a_time: dict[PlainName, Sets] = Field(
+        default_factory=dict,
+        description="Name of a group -> name of a set -> its controls, whose lower limits are 0: at any time those of "
+        "at most one set of the group are not 0, as of a tool that can only be in one place. Default: none.",
+    )
+
+    @model_validator(mode="after")
+    def _in_one_set(self) -> Robot:
+        seen: dict[str, str] = {}
+        for group, sets in self.one_at_a_time.items():
+            for name, controls in sets.items():
+                for i, control in enumerate(controls):
+                    first = seen.setdefault(control, f"{group}.{name}")
+                    if first != f"{group}.{name}" or control in controls[:i]:
+                        raise conflict(
+                            ("one_at_a_time", group, name, str(i)),
+                            f"found control '{control}', which is in '{first}' already, expected another one",
+                        )
+        return self
 
     @model_validator(mode="after")
     def _distinct(self) -> Robot:

@@ -4,16 +4,16 @@
     python scripts/benchmarks/public_tasks.py idto_spinner       # this one anew, the others from the data file
     python scripts/benchmarks/public_tasks.py --redraw           # nothing anew
 
-Writes docs/results/public_tasks.md. Where the peer's problem is a cargo on a cart, a pole between soft walls or a plate
-on a table it is posed here, too, in the peer's steps and with its cost, and solved on the sequence of contacts that the
-plan has. Exit code 1 if one is not solved.
+Writes docs/results/public_tasks.md. Where the peer's problem is a cargo on a cart, a pole between soft walls, a plate
+on a table, or a slider that is pushed at one side at a time, it is posed here, too, in the peer's steps and with its
+cost, and solved on the sequence of contacts, or of sides, that the plan has. Exit code 1 if one is not solved.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -95,18 +95,126 @@ class Cart:
         cost = self.positions * ca.sumsqr(end[:2]) + self.velocities * ca.sumsqr(end[2:])
         cost += self.control * (ca.sumsqr(f) + ca.sumsqr(u)) + self.slip * ca.sumsqr(x[2, :-1] - x[3, :-1])
         w = ca.vertcat(ca.vec(x), f, u)
-        options: dict[str, Any] = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}}
-        solver = ca.nlpsol("peer", "ipopt", {"x": w, "f": cost, "g": ca.vertcat(*rows)}, options)
         free = np.full(4 * self.steps, np.inf)
-        result = solver(
-            lbx=np.concatenate([states[0], -free, low, np.full(self.steps, -np.inf)]),
-            ubx=np.concatenate([states[0], free, high, np.full(self.steps, np.inf)]),
-            lbg=lower,
-            ubg=upper,
+        return _optimum(
+            {"x": w, "f": cost, "g": ca.vertcat(*rows)},
+            {
+                "lbx": np.concatenate([states[0], -free, low, np.full(self.steps, -np.inf)]),
+                "ubx": np.concatenate([states[0], free, high, np.full(self.steps, np.inf)]),
+                "lbg": np.array(lower),
+                "ubg": np.array(upper),
+            },
         )
-        g = np.asarray(result["g"]).ravel()
-        beyond = np.maximum(np.array(lower) - g, g - np.array(upper)).max()
-        return float(result["f"]), float(max(beyond, 0.0))
+
+
+def _optimum(problem: dict[str, ca.SX], numbers: dict[str, np.ndarray]) -> tuple[float, float]:
+    """Return the objective of IPOPT's solution of a smooth problem, and its largest violation of a row."""
+    options: dict[str, Any] = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}}
+    result = ca.nlpsol("peer", "ipopt", problem, options)(**numbers)
+    g = np.asarray(result["g"]).ravel()
+    beyond = np.maximum(numbers["lbg"] - g, g - numbers["ubg"]).max()
+    return float(result["f"]), float(max(beyond, 0.0))
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A peer's problem of a slider without inertia, whose velocity is the force on it divided by a number.
+
+    At every step a normal force acts at a place of one side; positions follow from the state before the step.
+
+    Attributes:
+        force, torque: force by velocity, N s/m, and torque by angular velocity, N m s.
+        step: s.
+        steps: how many.
+        control: weight of the squared force at every step.
+        positions: weight of the squared distance from the goal at every step.
+        sine_and_cosine: whether a distance of angles is that of their sines and cosines.
+        sides: name of a side -> its coordinate across, m; only where places have a cost.
+        place: x and y of the place of the force, m -> what its weight, that of the force, is multiplied with.
+        terminal: weight of the squared distance from the goal at the end.
+    """
+
+    force: float
+    torque: float
+    step: float
+    steps: int
+    control: float
+    positions: float = 0.0
+    sine_and_cosine: bool = False
+    sides: Mapping[str, float] | None = None
+    place: Callable[[ca.SX, ca.SX], ca.SX] | None = None
+    terminal: float = 100.0
+
+    def objective(self, plan: Plan, goal: Sequence[float]) -> tuple[float, float]:
+        """Return the peer's objective and its largest violation on the sequence of sides of a plan, begun from it.
+
+        Args:
+            plan: of the task.
+            goal: x, y and angle, m and rad.
+        """
+        times = self.step * np.arange(self.steps + 1)
+        at = plan.at(np.minimum(times, plan.trajectory.time[-1])).configuration
+        states = np.array([at["root_x"], at["root_z"], -np.asarray(at["root_pitch"])])
+        pushes = [self._push(plan, float(time)) for time in times[:-1] + self.step / 2]
+        x, f, arm = ca.SX.sym("x", 3, self.steps + 1), ca.SX.sym("f", self.steps), ca.SX.sym("arm", self.steps)
+        rows, cost = [x[:, 0] - ca.DM(states[:, 0])], self.terminal * self._distance(x[:, -1], goal)
+        for k, push in enumerate(pushes):
+            cosine, sine = ca.cos(x[2, k]), ca.sin(x[2, k])
+            along, across = push.direction
+            speed = f[k] / self.force * ca.vertcat(cosine * along - sine * across, sine * along + cosine * across)
+            rate = ca.vertcat(speed, f[k] * arm[k] / self.torque)
+            rows.append(x[:, k + 1] - x[:, k] - self.step * rate)
+            cost += self.control * f[k] ** 2 + self.positions * self._distance(x[:, k], goal)
+            if self.place is not None and self.sides is not None:
+                fixed = ca.SX(self.sides[push.side])
+                where = (arm[k] / across, fixed) if across else (fixed, -arm[k] / along)
+                cost += self.control * self.place(*where)
+        arms, zero = np.array([push.arms for push in pushes]), np.zeros(3 * (self.steps + 1))
+        free, force = np.full(3 * (self.steps + 1), np.inf), np.array([push.force for push in pushes])
+        start = np.clip([push.arm for push in pushes], arms[:, 0], arms[:, 1])
+        return _optimum(
+            {"x": ca.vertcat(ca.vec(x), f, arm), "f": cost, "g": ca.vertcat(*rows)},
+            {
+                "x0": np.concatenate([states.T.ravel(), force, start]),
+                "lbx": np.concatenate([-free, np.zeros(self.steps), arms[:, 0]]),
+                "ubx": np.concatenate([free, np.full(self.steps, np.inf), arms[:, 1]]),
+                "lbg": zero,
+                "ubg": zero,
+            },
+        )
+
+    def _distance(self, state: ca.SX, goal: Sequence[float]) -> ca.SX:
+        """Return a squared distance."""
+        if not self.sine_and_cosine:
+            return ca.sumsqr(state - ca.DM(list(goal)))
+        turn = ca.vertcat(ca.cos(state[2]) - np.cos(goal[2]), ca.sin(state[2]) - np.sin(goal[2]))
+        return ca.sumsqr(state[:2] - ca.DM(list(goal[:2]))) + ca.sumsqr(turn)
+
+    def _push(self, plan: Plan, time: float) -> _Push:
+        """Return what a plan pushes with at a time, s."""
+        k = int(np.searchsorted(plan.controls["time"], time, side="right")) - 1
+        (sets,), actuators = plan.task["robot"]["one_at_a_time"].values(), plan.task["robot"]["actuators"]
+        found = []
+        for side, names in sets.items():
+            forces = [plan.controls[name][k] for name in names]
+            arms = [-actuators[name]["force"]["root_pitch"] for name in names]
+            total = sum(forces)
+            arm = float(np.dot(forces, arms)) / total if total else float(np.mean(arms))
+            words = [actuators[names[0]]["force"][name] for name in ("root_x", "root_z")]
+            direction = tuple(0.0 if "sin" in word else -1.0 if word.startswith("-") else 1.0 for word in words)
+            found.append(_Push(side, float(total), arm, (min(arms), max(arms)), direction))
+        return max(found, key=lambda push: push.force)
+
+
+@dataclass(frozen=True)
+class _Push:
+    """A force, N, at a side of a slider: its arm and the least and the largest there, m, and its direction."""
+
+    side: str
+    force: float
+    arm: float
+    arms: tuple[float, float]
+    direction: tuple[float, ...]
 
 
 def _states(plan: Plan, times: np.ndarray) -> np.ndarray:
@@ -119,6 +227,40 @@ def _states(plan: Plan, times: np.ndarray) -> np.ndarray:
 
 
 TRANSPORT = Cart(1.0, 2.0, 0.2, 0.02, 199, True, 1e5, 10.0, 1e-4)
+
+T, T_MIDDLE = 0.05, 2.6429
+"""Size of the seven squares of a T, m, and how many of them its middle is above its foot."""
+
+T_SIDES = dict(
+    zip(
+        ("top", "cap_right", "under_right", "stem_right", "bottom", "stem_left", "under_left", "cap_left"),
+        T * np.array([4 - T_MIDDLE, 2, 3 - T_MIDDLE, 0.5, -T_MIDDLE, -0.5, 3 - T_MIDDLE, -2]),
+        strict=True,
+    )
+)
+BOX_SIDES = {"bottom": -0.4, "top": 0.4, "left": -0.3, "right": 0.3}
+
+
+def _of_t(x: ca.SX, y: ca.SX) -> ca.SX:
+    """Return the squares of a place on a T, and of its distances from the lines of the sides."""
+    lines = [x - T * line for line in (2, 0.5, -0.5, -2)] + [y - T * (line - T_MIDDLE) for line in (4, 3, 0)]
+    return x**2 + y**2 + ca.sumsqr(ca.vertcat(*lines))
+
+
+def _friction(coefficient: float, mass: float, gravity: float, part: float, radius: float) -> tuple[float, float]:
+    """Return force by velocity and torque by angular velocity of a slider."""
+    force = coefficient * mass * gravity
+    return force, force * part * radius
+
+
+SLIDERS: Mapping[str, Slider] = {
+    "crisp_push_box": Slider(*_friction(0.5, 1, 9.8, 0.4, np.hypot(0.5, 0.25)), 0.02, 99, 1e-3),
+    "crisp_push_t": Slider(*_friction(0.4, 1, 9.8, 0.4, 2.8 * T), 0.05, 49, 0.01, positions=1.0, sine_and_cosine=True),
+    "impact_box": Slider(
+        *_friction(0.5, 0.1, 9.81, 0.5, 0.5), 0.05, 50, 1e-3, sides=BOX_SIDES, place=lambda x, y: x**2 + y**2
+    ),
+    "impact_push_t": Slider(*_friction(0.4, 0.1, 9.8, 0.4, 2.8 * T), 0.05, 50, 0.01, sides=T_SIDES, place=_of_t),
+}
 IMPACT = Cart(0.1, 0.2, 0.2, 0.02, 300, False, 5000.0, 5000.0, 1e-6, 1e-6)
 
 
@@ -148,6 +290,16 @@ def cases() -> dict[str, dict[str, object]]:
     found["crisp_waiter"] = {"task": str(folder / "crisp_waiter.yaml")}
     found["ci_mpc_hopper"] = {"task": str(folder / "ci_mpc_hopper.yaml")}
     found["ci_mpc_flamingo"] = {"task": str(folder / "ci_mpc_flamingo.yaml")}
+    for k in range(18):
+        angle = np.radians(20 * k)
+        found[f"crisp_push_box, {20 * k} degrees"] = {
+            "task": str(folder / "crisp_push_box.yaml"),
+            "goal.configuration.root_x": round(3 * float(np.cos(angle)), 9),
+            "goal.configuration.root_z": round(3 * float(np.sin(angle)), 9),
+            "goal.configuration.root_pitch": -round(float(angle), 9),
+        }
+    for name in ("crisp_push_t", "impact_box", "impact_disk", "impact_push_t"):
+        found[name] = {"task": str(folder / f"{name}.yaml")}
     found["idto_spinner"] = {"task": str(folder / "idto_spinner.yaml")}
     return found
 
@@ -166,6 +318,9 @@ def measure(result: Plan) -> dict[str, object]:
     }
     if result.status.solved and result.name in peers:
         row["peer"], row["violation"] = peers[result.name].objective(result)
+    if result.status.solved and result.name in SLIDERS:
+        x, y, pitch = (result.task["goal"]["configuration"][name] for name in ("root_x", "root_z", "root_pitch"))
+        row["peer"], row["violation"] = SLIDERS[result.name].objective(result, [x, y, -pitch])
     return row
 
 
@@ -200,12 +355,12 @@ def page_of(rows: list[Row]) -> str:
             f"default settings, exactly, and audited, on {machine()} that did other work, too. {PROGRAM_IS}",
             "",
             "*Cost* is that of the task here, whose controls are constant over 20 to 40 intervals. *Peer's objective* "
-            "is that of the peer's file, at its own steps and with its own cost, on the sequence of contacts "
-            "that the plan has, with its largest *violation*: the optimum of a convex problem, of `crisp_push_bot` and "
-            "`crisp_waiter` a local one. C3's cart-pole has a linear model there, in which its pole leans deeper into "
-            "the wall, and CRISP's waiter a plate that only slides. The motions that CI-MPC's controllers follow cost "
-            "703 (hopper) and 409 (flamingo) by the costs here. The peers report no objectives, and did not run here; "
-            "their solvers stop at 1e-3 to 1e-5.",
+            "is that of the peer's file, at its own steps and with its own cost, on the sequence of contacts, or of "
+            "the sides that are pushed, that the plan has, with its largest *violation*: the optimum of a convex "
+            "problem, of `crisp_push_bot`, `crisp_waiter` and sliders what IPOPT finds from the plan. C3's cart-pole "
+            "has a linear model there, in which its pole leans deeper into the wall, and CRISP's waiter a plate that "
+            "only slides. The motions that CI-MPC's controllers follow cost 703 (hopper) and 409 (flamingo) by the "
+            "costs here. The peers report no objectives, and did not run here; their solvers stop at 1e-3 to 1e-5.",
             "",
             f"**{sum(map(solved, rows))} of {len(rows)} solved exactly.**",
             "",

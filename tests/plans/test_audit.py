@@ -45,6 +45,7 @@ MET = dict.fromkeys(
         "max_constraint_violation",
         "max_goal_violation",
         "max_waypoint_violation",
+        "max_simultaneous_control",
     ),
     Measured(0.0),
 )

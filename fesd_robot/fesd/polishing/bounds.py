@@ -32,7 +32,8 @@ class BoundsBuilder:
         self._problem = branch_transcription.problem
         self._equally_long, self._resting_ends = branch_transcription.equally_long, branch_transcription.resting_ends
         self._rows = branch_transcription.element_rows
-        self._idle_rows = self._conditions.vanish_together or bool(self._conditions.jumps)
+        self._copies = transcription.ocp.system.control_copies
+        self._idle_rows = self._conditions.vanish_together or bool(self._conditions.jumps or self._copies)
         self._patterns = branch_transcription.row_patterns if self._idle_rows else []
         self._stages = transcription.options.tableau.stages
         self._start_state = transcription.ocp.initial_lower
@@ -317,3 +318,5 @@ class BoundsBuilder:
                 self._upper[at] = min(self._upper[at], zero)
             if direction * quantity.sign < 0 or not one_side:
                 self._lower[at] = max(self._lower[at], zero)
+            if i - self._n_x in self._copies and self._is_held(at):
+                self._fix(point.control + self._copies[i - self._n_x])

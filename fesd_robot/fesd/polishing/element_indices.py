@@ -21,12 +21,14 @@ class PointIndices(NamedTuple):
     Attributes:
         state, algebraic: index of its first state and algebraic variable among the variables.
         row: index of its first row.
+        control: index of the first control of its interval; of the start none.
         after_jump: number of a state that may jump at this point -> its index afterwards; empty where none did.
     """
 
     state: int
     algebraic: int
     row: int
+    control: int = -1
     after_jump: Mapping[int, int] = MappingProxyType({})
 
 
@@ -86,6 +88,7 @@ def element_indices(branch_transcription: BranchTranscription) -> list[ElementIn
                                 offset + layout.state(n, j).start,
                                 offset + layout.algebraic(n, j).start,
                                 own + rows.at(j + 1, 0),
+                                offset,
                             )
                             for j in range(rows.points)
                         ],
