@@ -49,8 +49,8 @@ class Complementarity:
 
     In a dynamic complementarity system G, H and C are scalars in the state x and the algebraic variables z: G is
     continuous in time, H is not. Finite elements with switch detection rest on this difference; only a condition for
-    the stages alone may have another G. In the block of an MPCC G and H are scalars in the block's variables, and a
-    complement is a factor of G.
+    the stages alone may have another G, and only a pair with `continuous` sides an H that is. In the block of an MPCC
+    G and H are scalars in the block's variables, and a complement is a factor of G.
 
     Args:
         label: what the condition is.
@@ -83,6 +83,8 @@ class Complementarity:
             where rest begins, in place of G; None if it holds the slope of G there.
         only_at_rest: of a condition that rest implies: a smooth problem holds nothing of it but that slope, because
             others imply it elsewhere.
+        continuous: H of a pair is continuous in time, too: it takes part at the left boundary of a finite element, as G
+            does, so that neither side is left before it is zero.
 
     Raises:
         DimensionError: a factor that is not a scalar.
@@ -109,6 +111,7 @@ class Complementarity:
     idle: tuple[ca.SX, ...] = ()
     vanishes_at_rest: ca.SX | None = None
     only_at_rest: bool = False
+    continuous: bool = False
 
     def __post_init__(self) -> None:
         for name, factor in (("G", self.G), ("H", self.H), ("complement", self.complement), ("spare", self.spare)):
@@ -121,6 +124,8 @@ class Complementarity:
                 f"'{self.label}' adds the initial value of G, which only a vanishing constraint without a complement "
                 "can do"
             )
+        if self.continuous and self.vanishing:
+            raise ModelError(f"'{self.label}' has a continuous H, which only a pair can have")
         if self.spare is not None and not self.vanishing:
             raise ModelError(f"'{self.label}' has a least H, which only a vanishing constraint can have")
         if self.rate_share and self.label.joint is None:

@@ -3,6 +3,7 @@
 from fesd_robot.contact.boxes import circle_box_contact
 from fesd_robot.contact.build import contact_system
 from fesd_robot.contact.circles import circle_contact, two_circles_contact
+from fesd_robot.contact.compliance import CompliantContact
 from fesd_robot.contact.geometry import (
     CircleOnBox,
     CircleOnCircle,
@@ -28,6 +29,7 @@ from fesd_robot.contact.modes import (
     factors_of,
     joint_modes,
     modes_of,
+    names_of_modes,
 )
 from fesd_robot.contact.points import leaves_plane, point_contact
 from fesd_robot.contact.two_in_space import Facing, axes_about, ball_box_contact, two_balls_contact
@@ -37,6 +39,7 @@ __all__ = [
     "CircleOnBox",
     "CircleOnCircle",
     "CircleOnSurface",
+    "CompliantContact",
     "Contact",
     "ContactGeometry",
     "ContactMode",
@@ -69,6 +72,7 @@ __all__ = [
     "joint_modes",
     "leaves_plane",
     "modes_of",
+    "names_of_modes",
     "needs_space",
     "out_of_plane",
     "point_contact",

@@ -8,6 +8,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
+from fesd_robot.contact.compliance import CompliantContact, with_compliance
 from fesd_robot.contact.impulses import impulse_contact_system
 from fesd_robot.contact.model import Contact, ContactOptions, ContactSystem, MultibodyDynamics, StepOptions
 from fesd_robot.contact.multipliers import multiplier_contact_system
@@ -20,19 +21,46 @@ def contact_system(
     contacts: Sequence[Contact],
     options: ContactOptions,
     parameters: ca.SX | None = None,
+    compliant: Sequence[CompliantContact] = (),
 ) -> ContactSystem:
     """Return rigid-body motion with contacts in the form that `options` names.
 
     Args:
-        dynamics, contacts: of the robot, (n_c) contacts.
+        dynamics, contacts: of the robot, (n_c) rigid contacts.
         options: form of the contact logic, Baumgarte gain and auxiliary force.
         parameters: SX symbols that costs and constraints will use, constant on each control interval.
+        compliant: contacts that give way.
 
     Raises:
-        OptionError: a variant of the step form where another form is built; dry friction of joints or contact in space
-            in the step form or with impulses; a limit of the slip distance with impulses; a reserve of friction of
-            a contact that may slip or bounce in either.
+        OptionError: a variant of the step form where another form is built; dry friction of joints, compliant contacts
+            or contact in space in the step form; dry friction of joints, contact in space, a limit of the slip distance
+            or the damping of a compliant contact with impulses; a reserve of friction of a contact that may slip or
+            bounce in either.
     """
+    _refuse_compliance(options, compliant)
+    system = _rigid_system(dynamics, contacts, options, parameters)
+    return with_compliance(system, dynamics, compliant, options.auxiliary_force)
+
+
+def _refuse_compliance(options: ContactOptions, compliant: Sequence[CompliantContact]) -> None:
+    """Raise for compliant contacts in a form that does not have them."""
+    names, damped = (", ".join(one.name for one in compliant if one.damping >= least) for least in (0.0, _DAMPED))
+    if options.transcription == "freezing" and options.form == "steps" and names:
+        raise OptionError(f"compliant contacts ({names}) need the form 'multipliers', found 'steps'")
+    if options.transcription == "impulses" and damped:
+        raise OptionError(
+            f"damping of compliant contacts ({damped}) needs contact 'freezing', found 'impulses', which make it jump"
+        )
+
+
+_DAMPED = np.finfo(float).tiny
+"""N s/m; least damping that is some."""
+
+
+def _rigid_system(
+    dynamics: MultibodyDynamics, contacts: Sequence[Contact], options: ContactOptions, parameters: ca.SX | None
+) -> ContactSystem:
+    """Return the system without compliant contacts, see `contact_system`."""
     if options.steps != StepOptions() and (options.form != "steps" or options.transcription == "impulses"):
         raise OptionError(f"found {options.steps}, which needs the form 'steps' and the transcription 'freezing'")
     reserved = [contact.name for contact in contacts if contact.sticking_reserve > 0]

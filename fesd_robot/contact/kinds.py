@@ -20,6 +20,9 @@ SLIDING_INSIDE_SURFACE = "sliding inside the limit surface"
 FRICTION_AGAINST_SLIDING = "friction against sliding"
 """Of objects that rub on a table."""
 
+COMPLIANT_FORCE = "compliant force at a distance"
+"""Of contacts that give way."""
+
 ONE_AT_A_TIME = "one set of controls at a time"
 """Of controls of which one set acts at a time."""
 

@@ -210,6 +210,7 @@ class ContactSystem:
             order of the coordinates, SX in z; minus F (plus - minus) / theta_ODE is its force.
         impulses: of each contact at the left boundary of an element, N s, SX in the y of the system's jump; none where
             impacts take numerical time.
+        compliant_forces: normal force of every compliant contact, N, SX in z.
     """
 
     system: ComplementaritySystem
@@ -221,6 +222,7 @@ class ContactSystem:
     gap_lower: float
     theta_joints: Sequence[tuple[ca.SX, ca.SX]] = ()
     impulses: Sequence[AuxiliaryMultipliers] = ()
+    compliant_forces: Sequence[ca.SX] = ()
 
     @property
     def clock_stops(self) -> bool:

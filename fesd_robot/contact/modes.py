@@ -9,6 +9,7 @@ from fesd_robot.complementarity import ActiveFactor, Branch, Complementarity
 from fesd_robot.contact.joint_friction import FRICTION_ALONG_MOTION
 from fesd_robot.contact.kinds import (
     BACKWARDS,
+    COMPLIANT_FORCE,
     FORCE_AT_A_DISTANCE,
     FORCE_WHILE_PARTING,
     FORWARDS,
@@ -41,6 +42,8 @@ class ContactMode(str, Enum):
     """Closed, and moving against the tangent."""
     SLIP = "slip"
     """Closed without friction, or in space: the direction of the tangential velocity is not a part of the mode."""
+    TOUCH = "touch"
+    """Of a compliant contact: it gives way, and pushes. Its gap is not zero, and it has no impacts."""
 
     IMPACT_STICK = "impact, stick"
     """An impact in which the contact does not slip."""
@@ -59,8 +62,8 @@ class ContactMode(str, Enum):
 
     @property
     def closed(self) -> bool:
-        """Whether it is neither flight nor an impact."""
-        return self is not ContactMode.FLIGHT and not self.hits
+        """Whether it keeps the gap of a rigid contact at zero: neither flight nor an impact, nor a spring's touch."""
+        return self not in (ContactMode.FLIGHT, ContactMode.TOUCH) and not self.hits
 
     @property
     def running(self) -> ContactMode:
@@ -146,6 +149,8 @@ def acting_sets(branch: Branch, element: int) -> tuple[str, ...]:
 
 def _factor(condition: Complementarity, mode: ContactMode) -> ActiveFactor:
     label = condition.label
+    if label.kind == COMPLIANT_FORCE:
+        return ActiveFactor.H if mode is ContactMode.FLIGHT else ActiveFactor.G
     if mode is ContactMode.FLIGHT:
         return ActiveFactor.G if condition.implied_by else ActiveFactor.H
     if mode.hits and condition.complement is not None:
@@ -206,7 +211,16 @@ def _joint_mode(active: Active) -> ContactMode:
     return ContactMode.STICK
 
 
+def names_of_modes(branch: Branch) -> tuple[str, ...]:
+    """Return the names of everything that has a mode: rigid contacts, compliant ones, joints with dry friction."""
+    compliant = [label.contact for label in branch.conditions if label.kind == COMPLIANT_FORCE and label.contact]
+    rigid = [name for name in branch.contacts if name not in compliant]
+    return (*rigid, *compliant, *branch.joints)
+
+
 def _mode(active: Active) -> ContactMode:
+    if (COMPLIANT_FORCE, "") in active:
+        return ContactMode.FLIGHT if active[COMPLIANT_FORCE, ""] is ActiveFactor.H else ContactMode.TOUCH
     return _by_multipliers(active) if (FORCE_AT_A_DISTANCE, "") in active else _by_steps(active)
 
 

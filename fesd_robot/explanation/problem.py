@@ -220,15 +220,21 @@ def _contacts(motion: MotionProblem) -> list[str]:
     if not motion.task.contacts:
         return ["None: nothing touches the robot."]
     physics, ends = numeric_physics(motion), motion.endpoints
-    start, goal = physics.gaps(ends.initial_configuration), physics.gaps(ends.goal_configuration)
-    lines = []
-    for i, (name, contact) in enumerate(motion.task.single_contacts.items()):
+    start, goal = (
+        dict(zip(motion.every_contact, [*physics.gaps(q), *physics.compliant_gaps(q)], strict=True))
+        for q in (ends.initial_configuration, ends.goal_configuration)
+    )
+    lines, rigid = [], {contact.name: contact for contact in motion.contacts}
+    for name, contact in motion.task.single_contacts.items():
         what, where = _touching(motion.task, contact)
-        physical = motion.contacts[i]
-        inelastic = "" if physical.restitution else ", inelastic"
-        gaps = f"{_gap(start[i], where)} at the start, {_gap(goal[i], where)} at the goal"
-        lines.append(f"{name}: {what}, {_law(physical)}{inelastic}{_slipping(contact)}; {gaps}.")
+        law = (
+            f"{_law(rigid[name])}{_inelastic(rigid[name])}{_slipping(contact)}" if name in rigid else _springs(contact)
+        )
+        gaps = f"{_gap(start[name], where)} at the start, {_gap(goal[name], where)} at the goal"
+        lines.append(f"{name}: {what}, {law}; {gaps}.")
     lines += described_space(motion)
+    if not rigid:
+        return lines
     if not motion.contact_system.clock_stops:
         return [*lines, "Impacts are impulses between two finite elements."]
     origin = "chosen from the weight" if motion.task.method.auxiliary_force == "auto" else "as given"
@@ -240,6 +246,16 @@ def _law(one: GroundShape | Wall | SolidSurface | PhysicalContact) -> str:
     """Return friction and restitution of a surface or a contact."""
     bounce = f", restitution {one.restitution:g}" if one.restitution else ""
     return f"friction {one.friction:g}{bounce}"
+
+
+def _inelastic(contact: PhysicalContact) -> str:
+    return "" if contact.restitution else ", inelastic"
+
+
+def _springs(contact: SingleContact) -> str:
+    """Return what a compliant contact pushes with, and from where on if its damping begins before it touches."""
+    damping = f" and damping {contact.damping:g} N s/m" if contact.damping else ""
+    return f"gives way with stiffness {contact.stiffness:g} N/m{damping}, without friction"
 
 
 def _slipping(contact: Contact) -> str:
@@ -369,7 +385,7 @@ def _hard(widths: Mapping[str, float], units: Mapping[str, str], what: str = "")
 def _reference(motion: MotionProblem) -> list[str]:
     what, gaps = motion.task.reference.in_words(), reference_gaps(motion)
     lines = [f"{what} The solver starts from it, and the costs compare with it."]
-    for least, (name, contact) in zip(gaps, motion.task.contacts.items(), strict=True):
+    for least, (name, contact) in zip(gaps, motion.task.rigid_contacts.items(), strict=True):
         if least < -TOUCHING:
             where = "too far" if isinstance(contact, TwoBodyContact) else motion.task.inside(contact.surface)
             lines.append(f"Along it {name} gets {-least:.4g} m {where}; the planned motion will not.")
@@ -389,7 +405,9 @@ def _problem(motion: MotionProblem, problem: Mpcc) -> list[str]:
 
 
 def _gap(gap: float, where: str) -> str:
-    return "touching" if abs(gap) <= TOUCHING else f"{gap:.4g} m {where}"
+    if abs(gap) <= TOUCHING:
+        return "touching"
+    return f"compressed by {-gap:.4g} m" if gap < 0 else f"{gap:.4g} m {where}"
 
 
 def _interval(lower: float, upper: float) -> str:

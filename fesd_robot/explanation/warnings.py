@@ -96,10 +96,14 @@ def _immovable(motion: MotionProblem) -> Iterator[str]:
 
 def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:
     physics, ends = numeric_physics(motion), motion.endpoints
-    gaps = np.minimum(physics.gaps(ends.initial_configuration), physics.gaps(ends.goal_configuration))
+    both = [
+        np.concatenate([physics.gaps(q), physics.compliant_gaps(q)])
+        for q in (ends.initial_configuration, ends.goal_configuration)
+    ]
+    gaps, contacts = np.minimum(*both), [*motion.contacts, *(one.contact for one in motion.compliant)]
     never = [
         contact.name
-        for contact in motion.contacts
+        for contact in contacts
         if not ca.jacobian_sparsity(contact.gap, motion.dynamics.configuration).nnz()
     ]
     for name in never:
@@ -107,7 +111,7 @@ def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:
     # What two bodies do to each other may well happen on the way, as where a bat hits a ball.
     on_surfaces = {
         contact.name: float(gap)
-        for contact, gap in zip(motion.contacts, gaps, strict=True)
+        for contact, gap in zip(contacts, gaps, strict=True)
         if not isinstance(motion.scene.geometries[contact.name], TwoBodies)
     }
     if set(on_surfaces) - set(never) and gaps.min() > NEAR_SURFACE:
@@ -203,7 +207,7 @@ def _too_weak(motion: MotionProblem) -> Iterator[str]:
 
 
 def _buried_reference(motion: MotionProblem) -> Iterator[str]:
-    for (name, contact), least in zip(motion.task.contacts.items(), reference_gaps(motion), strict=True):
+    for (name, contact), least in zip(motion.task.rigid_contacts.items(), reference_gaps(motion), strict=True):
         if least < -REFERENCE_DEPTH and getattr(contact, "surface", None) == GROUND:
             yield (
                 f"The reference takes contact '{name}' {-least:.4g} m below the ground; one that stays above it is a "

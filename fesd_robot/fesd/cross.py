@@ -21,31 +21,36 @@ def cross_pairs(
     """Return the pairs of one element, four equivalent aggregations of G_k _|_ H_j for all k and j.
 
     ``stage_stage``: G_k _|_ H_j; ``lambda_sum``: sum_k G_k _|_ H_j; ``theta_sum``: G_k _|_ sum_j H_j;
-    ``sum_sum``: sum_k G_k _|_ sum_j H_j. ``plain`` is the scheme without switch detection: G_j _|_ H_j only.
+    ``sum_sum``: sum_k G_k _|_ sum_j H_j. ``plain`` is the scheme without switch detection: G_j _|_ H_j only. Of a pair
+    with continuous sides H takes part at the left boundary, too: j = 0..n_s.
 
     Args:
         pairs: of the system, (n_pairs).
-        G: values of all G at the left boundary and at the points, k = 0..n_s, (n_pairs) each.
-        H: values of all H at the points, j = 1..n_s, (n_pairs) each.
+        G, H: values of all G and H at the left boundary and at the points, k = 0..n_s, (n_pairs) each.
         mode: aggregation.
 
     Source: Nurkanovic et al., arXiv 2205.05337, section 4.2 (cross complementarity and its sparse and dense forms).
     """
+    groups = [([i for i, pair in enumerate(pairs) if pair.continuous is own], int(not own)) for own in (False, True)]
     return [
-        replace(pair, label=pair.label.at(place), G=G_values[i], H=H_values[i])
-        for place, G_values, H_values in _aggregated(G, H, mode)
-        for i, pair in enumerate(pairs)
+        replace(pairs[i], label=pairs[i].label.at(place), G=G_values[i], H=H_values[i])
+        for members, first in groups
+        if members
+        for place, G_values, H_values in _aggregated(G, H, first, mode)
+        for i in members
     ]
 
 
-def _aggregated(G: Sequence[ca.SX], H: Sequence[ca.SX], mode: PairMode) -> list[tuple[Place, ca.SX, ca.SX]]:
+def _aggregated(G: Sequence[ca.SX], H: Sequence[ca.SX], first: int, mode: PairMode) -> list[tuple[Place, ca.SX, ca.SX]]:
+    """Return place, G and H of every pair; H takes part from point `first` on."""
     if mode == "plain":
-        return [(Place(stage=j), a, b) for j, (a, b) in enumerate(zip(G[1:], H, strict=True), start=1)]
+        return [(Place(stage=j), a, b) for j, (a, b) in enumerate(zip(G[1:], H[1:], strict=True), start=1)]
+    H = H[first:]
     if mode == "stage_stage":
-        return [(Place(point=k, stage=j), a, b) for k, a in enumerate(G) for j, b in enumerate(H, start=1)]
+        return [(Place(point=k, stage=j), a, b) for k, a in enumerate(G) for j, b in enumerate(H, start=first)]
     if mode == "lambda_sum":
         total = sum(G[1:], G[0])
-        return [(Place(stage=j), total, b) for j, b in enumerate(H, start=1)]
+        return [(Place(stage=j), total, b) for j, b in enumerate(H, start=first)]
     sum_H = sum(H[1:], H[0])
     if mode == "theta_sum":
         return [(Place(point=k), a, sum_H) for k, a in enumerate(G)]

@@ -180,7 +180,7 @@ def element_conditions(
     """
     mode = options.cross_complementarity if options.switch_detection else "plain"
     sides = [functions.sides(z) for _, z in part.points]
-    G, H = [G for G, _ in sides], [H for _, H in sides[1:]]
+    G, H = [G for G, _ in sides], [H for _, H in sides]
     jump = jump_conditions(system, part)
     return (
         [*cross_pairs(system.pairs, G, H, mode), *(one for one in jump if not one.vanishing)],

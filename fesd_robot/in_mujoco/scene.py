@@ -113,8 +113,8 @@ def mujoco_scene(
 
     Raises:
         OptionError: a factor that is not positive.
-        RobotError: a robot that MuJoCo cannot have; the message has its words and the file. A limit surface, which it
-            does not know.
+        RobotError: a robot that MuJoCo cannot have; the message has its words and the file. A limit surface or a
+            compliant contact, which it does not know.
     """
     for name, factor in (("mass", mass), ("friction", friction)):
         if not 0.0 < factor < np.inf:
@@ -123,6 +123,11 @@ def mujoco_scene(
         raise RobotError(
             f"{motion.task.name}: found a limit surface ({', '.join(motion.robot.limit_surfaces)}), expected none: "
             "MuJoCo does not know them"
+        )
+    if motion.compliant:
+        raise RobotError(
+            f"{motion.task.name}: found contacts with stiffness ({', '.join(one.name for one in motion.compliant)}), "
+            "expected none: the stiffness of MuJoCo's contacts is one per mass"
         )
     bounces = any(restitution_of(motion.task, name) for name in motion.scene.geometries)
     time_step = BOUNCING_TIME_STEP if bounces else TIME_STEP

@@ -17,7 +17,8 @@ import casadi as ca
 import numpy as np
 
 from fesd_robot.arguments import checked
-from fesd_robot.mpcc.blocks import BlockDerivatives, differentiate
+from fesd_robot.mpcc.block_derivatives import BlockDerivatives
+from fesd_robot.mpcc.blocks import differentiate
 from fesd_robot.mpcc.problem import Block, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Slacks, Steering, check_steering, check_vanishing, slacks_of
@@ -202,7 +203,13 @@ def assemble(
     blocks = problem.blocks
     derivatives = [
         differentiate(
-            block, problem, relaxation, steering, len(own), shared=not few_evaluations or block.copies >= OFTEN
+            block,
+            problem,
+            relaxation,
+            steering,
+            len(own),
+            shared=not few_evaluations or block.copies >= OFTEN,
+            known=compiled != "never" and not few_evaluations,
         )
         for block, own in zip(blocks, slacks.index, strict=True)
     ]
@@ -256,12 +263,12 @@ def _interpreted(layout: _Layout) -> dict[str, ca.Function]:
         local = ca.reshape(x[index.ravel(order="F").tolist()], index.shape)
         values = ca.reshape(p[own.start : own.stop], block.values.shape)
         arguments = (local, values, ca.repmat(sigma, 1, copies))
-        cost += ca.sum2(_mapped(d.cost, copies, *arguments))
-        rows.append(ca.vec(_mapped(d.rows, copies, *arguments)))
-        gradients.append(_mapped(d.gradient, copies, *arguments))
-        jacobians.append(_mapped(d.jacobian, copies, *arguments))
+        cost += ca.sum2(_mapped(d.cost.function, copies, *arguments))
+        rows.append(ca.vec(_mapped(d.rows.function, copies, *arguments)))
+        gradients.append(_mapped(d.gradient.function, copies, *arguments))
+        jacobians.append(_mapped(d.jacobian.function, copies, *arguments))
         local_multiplier = ca.reshape(multiplier[first : first + count], (len(d.lower), copies))
-        hessians.append(_mapped(d.hessian, copies, *arguments, ca.repmat(weight, 1, copies), local_multiplier))
+        hessians.append(_mapped(d.hessian.function, copies, *arguments, ca.repmat(weight, 1, copies), local_multiplier))
     g, gradient = ca.vertcat(*rows), ca.densify(layout.gradient().filled(gradients))
     if layout.slacks.count:
         prices = ca.vertcat(ca.DM.zeros(layout.problem.size), layout.slacks.prices(sigma))

@@ -2,56 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import casadi as ca
 import numpy as np
 
+from fesd_robot.mpcc.block_derivatives import BlockDerivatives, identity_of, record, recorded
 from fesd_robot.mpcc.problem import Block, BlockEquations, Mpcc
 from fesd_robot.mpcc.relaxations import Relaxation
 from fesd_robot.mpcc.steering import Steering, pair_parameters
+from fesd_robot.native import Formula
 from fesd_robot.running import Kept, check_time
 
 UNRELAXED_SIGMA = 3e-3
 """Sigma of the velocity level up to which the cost of a relaxed NLP is that of the problem itself."""
 
 
-@dataclass(frozen=True, eq=False)
-class BlockDerivatives:
-    """One copy of a block, relaxed, as functions of (x, p, sigmas): x are its variables and, behind them, its slacks.
-
-    Attributes:
-        cost, rows: values, (1, 1) and (n_rows, 1).
-        gradient: of the cost by the variables, its nonzeros (n, 1).
-        jacobian: of the rows by x, its nonzeros.
-        hessian: upper triangle of that of the Lagrangian weight * cost + multipliers' * rows, its nonzeros; has the
-            weight and the Lagrange multipliers as further inputs.
-        gradient_sparsity, jacobian_sparsity, hessian_sparsity: where the nonzeros are.
-        lower, upper: bounds of the rows.
-    """
-
-    cost: ca.Function
-    rows: ca.Function
-    gradient: ca.Function
-    jacobian: ca.Function
-    hessian: ca.Function
-    gradient_sparsity: ca.Sparsity
-    jacobian_sparsity: ca.Sparsity
-    hessian_sparsity: ca.Sparsity
-    lower: np.ndarray
-    upper: np.ndarray
-
-    @property
-    def instructions(self) -> int:
-        """Number of operations of one evaluation of all functions."""
-        return sum(int(f.n_instructions()) for f in (self.cost, self.rows, self.gradient, self.jacobian, self.hessian))
-
-
 _KEPT: Kept[BlockDerivatives] = Kept(64)
 
 
 def differentiate(
-    block: Block, problem: Mpcc, relaxation: Relaxation, steering: Steering, slacks: int, *, shared: bool = True
+    block: Block,
+    problem: Mpcc,
+    relaxation: Relaxation,
+    steering: Steering,
+    slacks: int,
+    *,
+    shared: bool = True,
+    known: bool = False,
 ) -> BlockDerivatives:
     """Return a block's relaxed rows with all derivatives; of the same equations they are made once.
 
@@ -63,6 +39,7 @@ def differentiate(
         slacks: how many slack variables a copy reads.
         shared: whether common parts are looked for, so that nothing is computed twice; for functions that are evaluated
             a few times only, looking takes longer.
+        known: whether they are not made where an earlier run has recorded them; for those that are compiled.
 
     Raises:
         OutOfTime: the time limit comes meanwhile.
@@ -71,7 +48,24 @@ def differentiate(
     if block.pairs and block.copies:
         box = problem.lower[block.index].min(axis=1), problem.upper[block.index].max(axis=1)
     key = (equations, *(side.tobytes() for side in box), relaxation.name, steering, slacks, shared)
-    return _KEPT.of(key, lambda: _differentiated(equations, box, relaxation, steering, slacks, shared=shared))
+
+    def made() -> BlockDerivatives:
+        return _differentiated(equations, box, relaxation, steering, slacks, shared=shared)
+
+    def found() -> BlockDerivatives:
+        if not known:
+            return made()
+        numbers = (side.tobytes() for side in (equations.lower, equations.upper, *box))
+        words = (equations.function.serialize(), equations.cost_while_relaxed.serialize())
+        how = f"{equations.vanishing} {equations.velocity_level} {relaxation.name} {steering} {slacks} {shared}"
+        identity = identity_of(*words, how, *numbers)
+        before = recorded(identity, made)
+        if before is None:
+            before = made()
+            record(identity, before)
+        return before
+
+    return _KEPT.of(key, found)
 
 
 def _differentiated(
@@ -116,11 +110,11 @@ def _differentiated(
     hessian = ca.triu(ca.hessian(weight * f + ca.dot(multiplier, rows), x)[0])
     arguments = [x, p, sigma]
     return BlockDerivatives(
-        cost=function("cost", arguments, f),
-        rows=function("rows", arguments, rows),
-        gradient=function("gradient", arguments, _nonzeros(gradient)),
-        jacobian=function("jacobian", arguments, _nonzeros(jacobian)),
-        hessian=function("hessian", [*arguments, weight, multiplier], _nonzeros(hessian)),
+        cost=Formula.of(function("cost", arguments, f)),
+        rows=Formula.of(function("rows", arguments, rows)),
+        gradient=Formula.of(function("gradient", arguments, _nonzeros(gradient))),
+        jacobian=Formula.of(function("jacobian", arguments, _nonzeros(jacobian))),
+        hessian=Formula.of(function("hessian", [*arguments, weight, multiplier], _nonzeros(hessian))),
         gradient_sparsity=gradient.sparsity(),
         jacobian_sparsity=jacobian.sparsity(),
         hessian_sparsity=hessian.sparsity(),

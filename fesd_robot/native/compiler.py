@@ -79,7 +79,7 @@ def shared_library(
 
 def shared_libraries(
     name: str,
-    sources: Mapping[str, Callable[[], str]],
+    sources: Mapping[str, Callable[[], Callable[[], str]]],
     flags: Sequence[str],
     *,
     headers: Sequence[Path] = (),
@@ -90,7 +90,8 @@ def shared_libraries(
 
     Args:
         name: begins the files' names.
-        sources: what makes each text of C, by a word that says all that the text depends on.
+        sources: what prepares each text of C in this thread, by a word that says all that the text depends on; what it
+            returns writes the text in another one.
         flags, headers, folders: as for a `shared_library`.
         wait: whether the caller waits until all are compiled; else they are compiled while this process works. A
             process that was forked waits, unless another one compiles.
@@ -103,13 +104,14 @@ def shared_libraries(
 
     def library(key: str) -> _Library:
         def written(folder: Path) -> list[Path]:
-            (folder / f"{name}.c").write_text(sources[key]())
+            (folder / f"{name}.c").write_text((texts.get(key) or sources[key]())())
             return [folder / f"{name}.c"]
 
         return _Library.of(name, "c", [key.encode(), *common], flags, folders, written)
 
-    libraries = [library(key) for key in sources]
-    missing = [one for one in libraries if not is_whole(one.target)]
+    libraries = {key: library(key) for key in sources}
+    texts = {key: sources[key]() for key, one in libraries.items() if not is_whole(one.target)}
+    missing = [libraries[key] for key in texts]
     if missing and not wait:
         own = os.getpid() == _BACKGROUND.process
         for one in missing if own else []:
@@ -117,7 +119,7 @@ def shared_libraries(
         if own or any(one.is_being_made() for one in missing):
             raise NotCompiledYet([one.target for one in missing])
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(_Library.made, libraries))
+        return list(pool.map(_Library.made, libraries.values()))
 
 
 def begin(library: Callable[[], Path]) -> None:

@@ -7,9 +7,9 @@ import ctypes
 import hashlib
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 
 import casadi as ca
@@ -34,17 +34,53 @@ KINDS = ("cost", "rows", "gradient", "jacobian", "hessian")
 """In the order of nlp.c."""
 
 
+@dataclass(frozen=True, eq=False)
+class Formula:
+    """A function, and what is known of it before it is made.
+
+    Args:
+        known_name: in C, by the formula: the same one has the same name; empty where it is not known yet.
+        instructions: of one evaluation.
+        outputs: nonzeros that it returns.
+        work: numbers that an evaluation keeps meanwhile.
+        make: the function.
+    """
+
+    known_name: str
+    instructions: int
+    outputs: int
+    work: int
+    make: Callable[[], ca.Function]
+
+    @classmethod
+    def of(cls, function: ca.Function) -> Formula:
+        """Return that of a function with one output."""
+        sizes = int(function.n_instructions()), int(function.nnz_out(0)), int(function.sz_w())
+        return cls("", *sizes, lambda: function)
+
+    @cached_property
+    def function(self) -> ca.Function:
+        """The function."""
+        return self.make()
+
+    @cached_property
+    def name(self) -> str:
+        """In C."""
+        check_time()
+        return self.known_name or f"stage_{hashlib.sha256(self.function.serialize().encode()).hexdigest()[:20]}"
+
+
 @dataclass(frozen=True)
 class Output:
     """A function of a block, and the places of its outputs in the result.
 
     Attributes:
-        function: of (variables, parameters, sigmas) or, for the Hessian, also (weight of the cost, multipliers).
+        formula: of (variables, parameters, sigmas) or, for the Hessian, also (weight of the cost, multipliers).
         at: index of each output of each copy among the entries of the result, (outputs, K); empty for the cost.
         row, column: of each output in the block's rows and variables, (outputs,); empty but for the matrices.
     """
 
-    function: ca.Function
+    formula: Formula
     at: np.ndarray
     row: np.ndarray
     column: np.ndarray
@@ -122,47 +158,38 @@ def build_loop() -> Path:
 
 def _functions(blocks: Sequence[NlpBlock], wait: bool) -> list[int]:
     """Return the addresses of all functions of all blocks, in their order, compiled if they have to be."""
-    wanted = [(_name(one), one) for block in blocks for _, one in _with_outputs(block)]
-    pieces = dict(wanted)
-    large = [name for name, function in pieces.items() if function.n_instructions() >= LARGE]
-    groups = [*([name] for name in large), *_small(blocks)]
+    wanted = [one for block in blocks for one in _with_outputs(block)]
+    pieces = {one.name: one for one in wanted}
+    groups = [*([name] for name, one in pieces.items() if one.instructions >= LARGE), *_small(blocks)]
 
-    def text(group: Sequence[str]) -> str:
-        return "\n".join(['#include "lanes.h"', *(lanes_source(name, pieces[name]) for name in group)])
+    def prepared(group: Sequence[str]) -> Callable[[], str]:
+        functions = {name: pieces[name].function for name in group}
+        return lambda: "\n".join(['#include "lanes.h"', *(lanes_source(*one) for one in functions.items())])
 
     def key(group: Sequence[str]) -> str:
         return "\n".join([LANES_VERSION, *group])
 
     libraries = shared_libraries(
         "stage",
-        {key(group): partial(text, group) for group in groups},
+        {key(group): partial(prepared, group) for group in groups},
         [*STAGE_FLAGS, instruction_set(), "-lm"],
         headers=[SOURCES / "lanes.h"],
         folders=[SOURCES],
         wait=wait,
     )
     where = {name: library for group, library in zip(groups, libraries, strict=True) for name in group}
-    return [_address(where[name], name) for name, _ in wanted]
+    return [_address(where[one.name], one.name) for one in wanted]
 
 
 def _small(blocks: Sequence[NlpBlock]) -> list[tuple[str, ...]]:
     """Return the names of each block's small functions, which are compiled together."""
-    own = [sorted({_name(one) for _, one in _with_outputs(block) if one.n_instructions() < LARGE}) for block in blocks]
+    own = [sorted({one.name for one in _with_outputs(block) if one.instructions < LARGE}) for block in blocks]
     return list(dict.fromkeys(tuple(names) for names in own if names))
 
 
-def _with_outputs(block: NlpBlock) -> Iterator[tuple[str, ca.Function]]:
-    """Yield the functions of a block that return something, in the order of `KINDS`."""
-    for kind in KINDS:
-        if block.outputs[kind].function.nnz_out(0):
-            yield kind, block.outputs[kind].function
-
-
-@lru_cache(maxsize=1000)
-def _name(function: ca.Function) -> str:
-    """Return the name of a function in C by its formula: the same formula has the same name."""
-    check_time()
-    return f"stage_{hashlib.sha256(function.serialize().encode()).hexdigest()[:20]}"
+def _with_outputs(block: NlpBlock) -> list[Formula]:
+    """Return the functions of a block that return something, in the order of `KINDS`."""
+    return [formula for formula in (block.outputs[kind].formula for kind in KINDS) if formula.outputs]
 
 
 @cache
@@ -199,7 +226,7 @@ def _tables(
         parameters += block.parameters * copies
         for kind in KINDS:
             output = block.outputs[kind]
-            outputs = output.function.nnz_out(0)
+            outputs = output.formula.outputs
             body.append(np.array([outputs]))
             if not outputs:
                 continue
@@ -208,7 +235,7 @@ def _tables(
             if kind in ("jacobian", "hessian"):
                 body += [output.row, output.column]
             need = variables + block.parameters + 3 + block.rows + outputs
-            work = max(work, need + output.function.sz_w())
+            work = max(work, need + output.formula.work)
     first = [len(blocks), size, parameters, rows, work]
     for kind, nonzeros in (("jacobian", jacobian_nonzeros), ("hessian", hessian_nonzeros)):
         first += [nonzeros, int(sum(block.outputs[kind].at.size for block in blocks) > nonzeros)]

@@ -62,7 +62,8 @@ def assembled_plan(
         status, audit, outcome, statistics: what is known about the solution.
     """
     task, robot, drive = motion.task, motion.robot, motion.actuation
-    contacts = list(task.contacts)
+    contacts, compliant = ([one.name for one in own] for own in (motion.contacts, motion.compliant))
+    histories = {**assemble.contacts_of(physical, contacts, physics), **assemble.compliant_of(physical, physics)}
     plan = Plan(
         name=task.name,
         status=status,
@@ -74,8 +75,8 @@ def assembled_plan(
         ),
         trajectory=assemble.trajectory_of(physical, robot.configuration_names, robot.velocity_names),
         controls=dict(controls),
-        contacts=assemble.contacts_of(physical, contacts, physics),
-        switches=assemble.switches_of(physical, contacts),
+        contacts={name: histories[name] for name in task.contacts},
+        switches=assemble.switches_of(physical, contacts, compliant),
         impulses=assemble.impulses_of(physical, contacts),
         joint_friction=joint_friction_of(physical, velocity_units(robot)),
         joint_switches=joint_switches_of(physical, robot.velocity_names),
@@ -114,11 +115,12 @@ def with_gaps(plan: Plan, motion: MotionProblem, physics: NumericPhysics) -> Pla
     """Return the plan with the gaps of its contacts at its samples, computed again from its robot."""
     names = motion.robot.configuration_names
     samples = zip(*[plan.trajectory.configuration[name] for name in names], strict=True)
-    gaps = np.array([physics.gaps(np.array(q)) for q in samples])
-    contacts = {
-        contact.name: plan.contacts[contact.name].model_copy(update={"gap": gaps[:, i]})
-        for i, contact in enumerate(motion.contacts)
+    configurations = [np.array(q) for q in samples]
+    gaps = np.array([np.concatenate([physics.gaps(q), physics.compliant_gaps(q)]) for q in configurations])
+    updated = {
+        name: plan.contacts[name].model_copy(update={"gap": gaps[:, i]}) for i, name in enumerate(motion.every_contact)
     }
+    contacts = {name: updated[name] for name in motion.task.contacts}
     return plan.model_copy(update={"contacts": contacts})
 
 
@@ -147,7 +149,7 @@ def model_motion_of(plan: Plan, motion: MotionProblem, physics: NumericPhysics) 
 
 
 def _full_model(motion: MotionProblem) -> FullModel:
-    section, contacts = motion.task.robot, [contact.name for contact in motion.contacts]
+    section, contacts = motion.task.robot, motion.every_contact
     scene = Scene(motion.scene.surfaces, {name: motion.scene.geometries[name] for name in contacts})
     full = _full_robot(motion)
     locked = joint_values(motion.task, "locked")
@@ -155,9 +157,9 @@ def _full_model(motion: MotionProblem) -> FullModel:
 
 
 def _samples(plan: Plan, motion: MotionProblem) -> list[tuple[np.ndarray, ...]]:
-    """Return q, v, u and f, (n_c, rows), of every sample of a plan."""
+    """Return q, v, u and f of rigid and then of compliant contacts, (n_c + n_s, rows), of every sample of a plan."""
     trajectory, interval, robot = plan.trajectory, control_interval(plan), motion.robot
-    contacts = [plan.contacts[contact.name] for contact in motion.contacts]
+    contacts = [plan.contacts[name] for name in motion.every_contact]
     forces = np.zeros((len(interval), 0, IN_THE_PLANE))
     if contacts:
         forces = np.stack([contact.force for contact in contacts], axis=1)

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import Contact, MultibodyDynamics
+from fesd_robot.contact import CompliantContact, Contact, MultibodyDynamics
 from fesd_robot.exactness import ROUNDED
 from fesd_robot.fesd import FesdOptions, OptimalControlProblem
 from fesd_robot.fesd.layout import layout_of
@@ -70,6 +70,33 @@ def check_dry_friction(task: Task, robot: Robot) -> None:
             "method.formulation.type",
             f"found 'steps' for a robot with dry friction in its joints ({sizes}; N or N m), expected 'multipliers', "
             "or robot.dry_friction: false to leave that friction out",
+        )
+
+
+def check_compliance(task: Task, compliant: Sequence[CompliantContact]) -> None:
+    """Raise if a compliant contact has friction or restitution, or is asked for in a form that does not have it.
+
+    Raises:
+        TaskError: at the contact's friction or restitution, the type of the formulation or the transcription.
+    """
+    for one in compliant:
+        for key, value in (("friction", one.contact.friction), ("restitution", one.contact.restitution)):
+            if value > 0:
+                raise task.error(
+                    ("contacts", one.name, key),
+                    f"found {key} {value:g} of a contact with stiffness, which gives way without it, expected {key}: 0",
+                )
+    names = ", ".join(one.name for one in compliant)
+    if compliant and task.method.formulation.type != "multipliers":
+        raise task.error(
+            "method.formulation.type",
+            f"found 'steps' beside contacts with stiffness ({names}), expected 'multipliers'",
+        )
+    damped = ", ".join(one.name for one in compliant if one.damping > 0)
+    if damped and task.method.contact == "impulses":
+        raise task.error(
+            "method.contact",
+            f"found 'impulses', which make the force of contacts with damping ({damped}) jump, expected 'freezing'",
         )
 
 

@@ -121,7 +121,12 @@ def _places(task: Task, robot: Robot, name: str, contact: BodyContact) -> dict[s
 
 def _placed(task: Task, contact: BodyContact, outline: Outline) -> PointContact | CircleContact:
     friction = contact.friction
-    if friction is None and contact.surface == GROUND and "friction" not in task.ground.model_fields_set:
+    if (
+        friction is None
+        and contact.stiffness is None
+        and contact.surface == GROUND
+        and "friction" not in task.ground.model_fields_set
+    ):
         friction = outline.friction
     common: dict[str, Any] = {
         "frame": contact.body,
@@ -131,6 +136,8 @@ def _placed(task: Task, contact: BodyContact, outline: Outline) -> PointContact 
         "restitution": contact.restitution,
         "slipping": contact.slipping,
         "reserve": contact.reserve,
+        "stiffness": contact.stiffness,
+        "damping": contact.damping,
     }
     if outline.radius:
         return CircleContact(type="circle", radius=outline.radius, **common)

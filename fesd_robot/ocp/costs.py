@@ -94,16 +94,18 @@ def _force(parts: ProblemParts) -> Terms:
 
     A contact's normal force F_n is a_n (theta_+ + theta_-) / rate while the clock runs and an impulse while it stands
     still; the integral of a_n (theta_+ + theta_-) over numerical time holds both, integral of F_n dt plus all impulses.
-    (A square of the force would count an impulse infinitely.)
+    (A square of the force would count an impulse infinitely.) A compliant contact counts with the rate times its force.
     """
     weights = parts.task.costs.force
     if not parts.task.costs.used("force"):
         return {}
     total = ca.SX(0)
-    for i, name in enumerate(parts.task.contacts):
-        if weights.get(name):
-            normal = parts.contact_system.theta_auxiliary[i].normal
-            total = total + parts.constants["costs", "force", name] * parts.auxiliary_force * normal
+    for contact, own in zip(parts.contacts, parts.contact_system.theta_auxiliary, strict=True):
+        if weights.get(contact.name):
+            total = total + parts.constants["costs", "force", contact.name] * parts.auxiliary_force * own.normal
+    for compliant, force in zip(parts.compliant, parts.contact_system.compliant_forces, strict=True):
+        if weights.get(compliant.name):
+            total = total + parts.constants["costs", "force", compliant.name] * _rate(parts) * force
     return {"force": total}
 
 

@@ -176,7 +176,7 @@ def with_default_costs(
         "configuration": scales.weights(_without(positions, on_the_way), CONFIGURATION),
         "velocity": scales.weights(_without(velocities, rates), VELOCITY),
         "control": scales.weights(controls, CONTROL),
-        "slipping": dict.fromkeys(task.contacts, float(f"{SLIPPING / work:.3g}")),
+        "slipping": dict.fromkeys(task.rigid_contacts, float(f"{SLIPPING / work:.3g}")),
     }
     if goal.periodic is None:
         defaults["terminal_configuration"] = scales.weights(_without(ends, free), TERMINAL_CONFIGURATION)

@@ -10,7 +10,15 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
-from fesd_robot.contact import Contact, ContactOptions, ContactSystem, MultibodyDynamics, Scene, StepOptions
+from fesd_robot.contact import (
+    CompliantContact,
+    Contact,
+    ContactOptions,
+    ContactSystem,
+    MultibodyDynamics,
+    Scene,
+    StepOptions,
+)
 from fesd_robot.contact import contact_system as build_contact_system
 from fesd_robot.errors import OptionError
 from fesd_robot.fesd import CrossComplementarity, FesdOptions, OptimalControlProblem, make_tableau
@@ -90,8 +98,18 @@ class MotionProblem:
 
     @property
     def contacts(self) -> Sequence[Contact]:
-        """As expressions, closed where they are at the start."""
+        """Those that are rigid, as expressions, closed where they are at the start."""
         return self.parts.contacts
+
+    @property
+    def compliant(self) -> Sequence[CompliantContact]:
+        """The contacts that give way, as expressions."""
+        return self.parts.compliant
+
+    @property
+    def every_contact(self) -> list[str]:
+        """Names of the rigid contacts, and behind them of those that give way."""
+        return [*(one.name for one in self.contacts), *(one.name for one in self.compliant)]
 
     @property
     def contact_system(self) -> ContactSystem:
@@ -276,6 +294,7 @@ def formulate(task: Task, *, driven: bool = True, steps: StepOptions = StepOptio
             steps=steps,
         ),
         ca.vertcat(compared, constants.symbols),
+        setup.compliant,
     )
     points = points_of(task, robot, dynamics.configuration, dynamics.velocity)
     contact_system = add_forbidden_zones(task, contact_system, contacts, points, endpoints.initial_configuration)
@@ -286,6 +305,7 @@ def formulate(task: Task, *, driven: bool = True, steps: StepOptions = StepOptio
         dynamics=dynamics,
         actuation=actuation,
         contacts=contacts,
+        compliant=setup.compliant,
         contact_system=contact_system,
         ground=setup.scene.surfaces[GROUND],
         gap=gap_function(dynamics, contacts),

@@ -18,6 +18,7 @@ from fesd_robot.plans import (
     MotionLimits,
     Names,
     Outcome,
+    compliant_outcomes,
     contact_outcomes,
     findings_of_notes,
     goal_entries,
@@ -41,6 +42,7 @@ def numeric_physics(motion: MotionProblem) -> NumericPhysics:
         motion.actuation.numeric,
         in_space=motion.in_space,
         restitution={contact.name: contact.restitution for contact in motion.contacts},
+        compliance={one.name: (one.stiffness, one.damping) for one in motion.compliant},
         impacts_at_once=not motion.contact_system.clock_stops,
     )
 
@@ -55,6 +57,7 @@ def physical_motion(motion: MotionProblem, elements: Sequence[Element], branch: 
         motion.contacts,
         motion.contact_system,
         motion.auxiliary_force,
+        motion.compliant,
     )
 
 
@@ -112,6 +115,7 @@ def names_of(motion: MotionProblem) -> Names:
     drive = motion.actuation
     return Names(
         contacts=[contact.name for contact in motion.contacts],
+        compliant=[one.name for one in motion.compliant],
         configuration=configuration_units(motion.robot),
         velocity=velocity_units(motion.robot),
         controls=dict(zip(drive.names, drive.units, strict=True)),
@@ -121,9 +125,13 @@ def names_of(motion: MotionProblem) -> Names:
 def motion_outcome(motion: MotionProblem, physical: PhysicalMotion, physics: NumericPhysics) -> Outcome:
     """Return the misses of a task's goal by a motion, and the events of its contacts."""
     ends = motion.endpoints
+    contacts = {
+        **contact_outcomes(physical, physics, [contact.name for contact in motion.contacts]),
+        **compliant_outcomes(physical, physics),
+    }
     return Outcome(
         goal=goal_entries(motion.task, motion.robot, physical, (ends.goal_configuration, ends.goal_velocity)),
-        contacts=contact_outcomes(physical, physics, list(motion.task.contacts)),
+        contacts={name: contacts[name] for name in motion.task.contacts},
     )
 
 

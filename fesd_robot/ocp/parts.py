@@ -9,7 +9,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact import Contact, ContactSystem, MultibodyDynamics, Surface
+from fesd_robot.contact import CompliantContact, Contact, ContactSystem, MultibodyDynamics, Surface
 from fesd_robot.ocp.actuation import Actuation
 from fesd_robot.ocp.constants import Constants
 from fesd_robot.ocp.points import Points
@@ -28,7 +28,8 @@ class ProblemParts:
     """Everything from which costs, constraints and bounds of a task are built.
 
     Attributes:
-        gap: q -> gaps of all contacts, m.
+        contacts: that are rigid; compliant: those that give way.
+        gap: q -> gaps of all rigid contacts, m.
         auxiliary_force: a_n, N.
         reference: the motion that the costs compare with; guess: the one that the solver starts from.
         compared: symbols of the reference configuration and the clock at the end of an interval, (n_q + 1); on a moving
@@ -41,6 +42,7 @@ class ProblemParts:
     dynamics: MultibodyDynamics
     actuation: Actuation
     contacts: Sequence[Contact]
+    compliant: Sequence[CompliantContact]
     contact_system: ContactSystem
     ground: Surface
     gap: ca.Function

@@ -88,6 +88,11 @@ def restitution_of(task: Task, name: str) -> float:
     return _surface_of_contact(task, name).restitution if own is None else own
 
 
+def compliance_of(task: Task) -> dict[str, tuple[float, float]]:
+    """Return name of every compliant contact -> its stiffness, N/m, and damping, N s/m."""
+    return {name: (one.stiffness, one.damping or 0.0) for name, one in task.contacts.items() if one.stiffness}
+
+
 def _surface_of_contact(task: Task, name: str) -> GroundShape | Wall | SolidSurface:
     """Return the section of the surface that a contact touches; the ground's for two bodies."""
     contact = task.contacts[name]

@@ -10,12 +10,12 @@ from typing import Any, cast
 import casadi as ca
 import numpy as np
 
-from fesd_robot.contact import Contact, MultibodyDynamics, Scene, contact_of, needs_space
+from fesd_robot.contact import CompliantContact, Contact, MultibodyDynamics, Scene, contact_of, needs_space
 from fesd_robot.errors import GroundError, RobotError
 from fesd_robot.ocp.actuation import Actuation, build_actuation, check_driven, one_at_a_time_of
-from fesd_robot.ocp.checks import check_contacts_move, check_dry_friction, check_impulses
+from fesd_robot.ocp.checks import check_compliance, check_contacts_move, check_dry_friction, check_impulses
 from fesd_robot.ocp.default_tolerances import with_slipping
-from fesd_robot.ocp.scene import friction_of, reserve_of, restitution_of, scene_of
+from fesd_robot.ocp.scene import compliance_of, friction_of, reserve_of, restitution_of, scene_of
 from fesd_robot.ocp.task_robot import load_task_robot
 from fesd_robot.robot import (
     Robot,
@@ -43,7 +43,8 @@ class Setup:
         actuation: the controls.
         scene: ground, walls and the shapes that touch.
         dynamics: of the robot, as expressions.
-        contacts: as expressions.
+        contacts: as expressions, those that are rigid.
+        compliant: the others, which give way.
     """
 
     asked: Task
@@ -53,6 +54,7 @@ class Setup:
     scene: Scene
     dynamics: MultibodyDynamics
     contacts: Sequence[Contact]
+    compliant: Sequence[CompliantContact]
 
     @classmethod
     def of(cls, task: Task, *, driven: bool = True) -> Setup:
@@ -74,10 +76,17 @@ class Setup:
         actuation = build_actuation(task, robot)
         scene = scene_of(task)
         dynamics = replace(_multibody_dynamics(robot, actuation), one_at_a_time=one_at_a_time_of(task, actuation))
-        contacts = _contacts(task, robot, dynamics.configuration, scene)
-        check_contacts_move(task, contacts, dynamics.configuration)
+        every = _contacts(task, robot, dynamics.configuration, scene)
+        check_contacts_move(task, every, dynamics.configuration)
+        contacts = [contact for contact in every if contact.name in task.rigid_contacts]
+        compliant = [
+            CompliantContact(contact, *compliance_of(task)[contact.name])
+            for contact in every
+            if contact.name in task.compliant_contacts
+        ]
+        check_compliance(task, compliant)
         check_impulses(task, dynamics, contacts)
-        return cls(asked, task, robot, actuation, scene, dynamics, contacts)
+        return cls(asked, task, robot, actuation, scene, dynamics, contacts, compliant)
 
 
 def _multibody_dynamics(robot: Robot, actuation: Actuation) -> MultibodyDynamics:

@@ -72,7 +72,7 @@ def check_above_ground(task: Task, gap: ca.Function, endpoints: Endpoints) -> No
     Raises:
         TaskError: at the configuration, with the contact that is deepest.
     """
-    names = list(task.contacts)
+    names = list(task.rigid_contacts)
     for key, configuration in (
         ("initial", endpoints.initial_configuration),
         ("goal", endpoints.goal_configuration),

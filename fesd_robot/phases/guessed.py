@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import permutations, product
 
 import casadi as ca
 import numpy as np
@@ -43,6 +43,9 @@ MORE_HOPS = 3
 
 MOVING = 1e-2
 """Part of the largest velocity along the ground of a contact that always touches, above which it slides."""
+
+IN_TURN = 2
+"""Compliant contacts that may be pushed one after the other in a guess: more have too many orders."""
 
 SLIDING = 0.02
 """m, path of a contact that touches all along the guess, from which it slides."""
@@ -99,18 +102,44 @@ class Guess:
         length = self.motion.grid.nominal / len(self._times)
         names = tuple(contact.name for contact in self.motion.contacts)
         joints = tuple(self.motion.dynamics.dry_friction_units)
+        compliant = tuple(contact.name for contact in self.motion.compliant)
         phases = []
         for touches, slid, along, x in zip(own, slides, self._along, self._states, strict=True):
             modes = tuple(
                 self._mode(contact, touch, slide, velocity)
                 for contact, touch, slide, velocity in zip(self.motion.contacts, touches, slid, along, strict=True)
             )
-            phases.append(Phase((*modes, *(self._friction_mode(name, x) for name in joints)), length))
+            pushes = tuple(ContactMode.TOUCH if one < 0 else ContactMode.FLIGHT for one in self.relief(x))
+            rubs = tuple(self._friction_mode(name, x) for name in joints)
+            phases.append(Phase((*modes, *pushes, *rubs), length))
         phases = [
             replace(phase, acting=acting_along(self.motion, self.state, float(time)))
             for phase, time in zip(phases, self._times, strict=True)
         ]
-        return Sequence((*names, *joints), joined(phases))
+        return Sequence((*names, *compliant, *joints), joined(phases))
+
+    def relief(self, x: np.ndarray) -> np.ndarray:
+        """Return how far the compliant contacts are from pushing in a state, N, (n_s)."""
+        n_q = len(self.motion.robot.configuration_names)
+        return np.asarray(self._reliefs(x[:n_q], x[n_q:])).ravel()
+
+    @cached_property
+    def half_periods(self) -> list[float]:
+        """pi sqrt(m / k) of every compliant contact, s, where the guess begins: m is the mass along its normal."""
+        dynamics, x = self.motion.dynamics, self._states[0][: len(self.motion.robot.configuration_names)]
+        masses = [
+            1 / ca.dot(one.contact.normal, ca.solve(dynamics.mass_matrix, one.contact.normal))
+            for one in self.motion.compliant
+        ]
+        values = ca.Function("mass", [dynamics.configuration], [ca.densify(ca.vertcat(ca.SX(0, 1), *masses))])(x)
+        springs = zip(np.asarray(values).ravel(), self.motion.compliant, strict=True)
+        return [float(np.pi * np.sqrt(mass / one.stiffness)) for mass, one in springs]
+
+    @cached_property
+    def _reliefs(self) -> ca.Function:
+        dynamics, compliant = self.motion.dynamics, self.motion.compliant
+        values = ca.vertcat(ca.SX(0, 1), *[one.relief(dynamics.velocity) for one in compliant])
+        return ca.Function("relief", [dynamics.configuration, dynamics.velocity], [ca.densify(values)])
 
     def _mode(self, contact: Contact, touches: bool, slides: bool, velocity: np.ndarray) -> ContactMode:
         if not touches:
@@ -171,6 +200,8 @@ def guessed_sequences(motion: MotionProblem) -> Iterator[Sequence]:
     - where a cycle is asked for and the guess never leaves the ground: the step of a gait that goes on as its mirror
       image, and contacts that stand in turn;
     - a hop, where contacts slide along the guess and never leave the ground;
+    - a push against every compliant contact that is not compressed, for half a period of its spring, and against two of
+      them one after the other;
     - what the guess shows with one and the same set of controls acting, of those of which one acts at a time.
     """
     state = motion.ocp.state_guess
@@ -205,7 +236,7 @@ def _once(sequences: Iterator[Sequence]) -> Iterator[Sequence]:
 
 
 def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
-    own = guess.sequence()
+    own = _compressed(motion, guess, guess.sequence())
     held = [all(phase.modes[i].closed for phase in own.phases) for i in range(len(motion.contacts))]
     orders = steppings(motion)
     if orders and all(held[foot.contact] for foot in orders[0].feet if foot.steps):
@@ -230,7 +261,44 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
     if not flights and any(mode in SIDES for phase in own.phases for mode in phase.modes):
         yield with_hits(guess, _hop(motion, own))
     yield own
+    yield from _pushes(motion, guess, own)
     yield from each_alone(motion, own)
+
+
+def _compressed(motion: MotionProblem, guess: Guess, own: Sequence) -> Sequence:
+    """Return the sequence in which what is compressed at the start is, for half a period of its spring at most."""
+    ends, first, phase = motion.endpoints, len(motion.contacts), own.phases[0]
+    if motion.task.goal.periodic is not None:
+        return own
+    relief = guess.relief(np.concatenate([ends.initial_configuration, ends.initial_velocity]))
+    pushing = [i for i in np.flatnonzero(relief < 0).tolist() if phase.modes[first + i] is ContactMode.FLIGHT]
+    if not pushing:
+        return own
+    modes = phase.modes
+    for i in pushing:
+        modes = _with(modes, first + i, ContactMode.TOUCH)
+    length = min(0.5 * phase.duration, *(guess.half_periods[i] for i in pushing))
+    later = replace(phase, duration=phase.duration - length)
+    return replace(own, phases=(Phase(modes, length, phase.impacts), replace(later, impacts=()), *own.phases[1:]))
+
+
+def _pushes(motion: MotionProblem, guess: Guess, own: Sequence) -> Iterator[Sequence]:
+    """Yield the sequences with one push, or two, in the longest phase of what the guess shows."""
+    longest = max(range(len(own.phases)), key=lambda i: own.phases[i].duration)
+    phase, first = own.phases[longest], len(motion.contacts)
+    free = [n for n in range(first, first + len(motion.compliant)) if phase.modes[n] is ContactMode.FLIGHT]
+    spans = dict(zip(range(first, first + len(motion.compliant)), guess.half_periods, strict=True))
+    for group in (*permutations(free, 1), *(permutations(free, 2) if len(free) == IN_TURN else ())):
+        lengths = [min(spans[n], phase.duration / (2 * len(group) + 1)) for n in group]
+        apart = (phase.duration - sum(lengths)) / (len(group) + 1)
+        parts = [Phase(phase.modes, apart)]
+        for n, length in zip(group, lengths, strict=True):
+            parts += [Phase(_with(phase.modes, n, ContactMode.TOUCH), length), Phase(phase.modes, apart)]
+        yield replace(own, phases=(*own.phases[:longest], *parts, *own.phases[longest + 1 :]))
+
+
+def _with(modes: Modes, number: int, mode: ContactMode) -> Modes:
+    return (*modes[:number], mode, *modes[number + 1 :])
 
 
 def _handled(motion: MotionProblem, own: Sequence) -> Iterator[Sequence]:

@@ -51,6 +51,7 @@ def neighbours(
     profile: ContactProfile,
     knots: tuple[float, ...] = (),
     images: tuple[int, ...] = (),
+    compliant: int = 0,
     groups: ListOf[ListOf[str]] = (),
 ) -> Iterator[Neighbour]:
     """Yield the neighbours of a sequence, each once: one of each kind in turn, those of a kind in the order of time.
@@ -63,6 +64,7 @@ def neighbours(
     - a phase is left out;
     - a contact leaves the surface for a short time in a phase, or as the motion begins; all that touch do;
     - a contact touches for a short time in a flight;
+    - a compliant contact leaves for a short time, or pushes, as those that are rigid do;
     - contacts that switch together switch one after the other, in either order; two that switch one after the other
       exchange their order;
     - a contact slips, to either side, where it sticks, in all of a phase or where it begins or ends; it sticks where it
@@ -71,17 +73,16 @@ def neighbours(
 
     Args:
         sequence: with durations, s; its knots are left out.
-        contacts: of the task, by whose numbers its modes are.
+        contacts: of the task that are rigid, by whose numbers its modes are.
         profile: of its motion: what is put into a phase is put where it would happen most easily.
         knots: times at which the task asks for something, s.
         images: of a gait, the contacts whose places its contacts take where it goes on; none if it does not, or if no
             contact can hit there.
+        compliant: how many compliant contacts follow the rigid ones.
         groups: sets of controls, of each of which one acts at a time.
     """
-    own, seen = (
-        _Neighbours(sequence.without_knots, contacts, profile, knots, images, groups),
-        {sequence.key_with(knots)},
-    )
+    own = _Neighbours(sequence.without_knots, contacts, profile, knots, images, compliant, groups)
+    seen = {sequence.key_with(knots)}
     for one in own.all_of_them():
         key = one.sequence.key_with(knots)
         if key not in seen:
@@ -96,7 +97,11 @@ class _Neighbours:
     profile: ContactProfile
     knots: tuple[float, ...]
     images: tuple[int, ...]
+    compliant: int
     groups: ListOf[ListOf[str]]
+
+    def _is_compliant(self, contact: int) -> bool:
+        return len(self.contacts) <= contact < len(self.contacts) + self.compliant
 
     def _span(self, i: int) -> tuple[float, float]:
         """When a phase begins and ends, s."""
@@ -117,6 +122,7 @@ class _Neighbours:
             self._exchanged(),
             self._flights(),
             self._touches(),
+            self._pushes(),
             self._acts(),
         ]
         slides = any(mode in _SLIPS for phase in self.phases for mode in phase.modes)
@@ -153,6 +159,8 @@ class _Neighbours:
 
     def _sides(self, contact: int) -> list[ContactMode]:
         """How a contact with friction may slip; nothing if it has none, or may not."""
+        if self._is_compliant(contact):
+            return []
         if contact < len(self.contacts) and self.contacts[contact].friction == 0:
             return []
         if contact < len(self.contacts) and self.contacts[contact].in_space:
@@ -290,6 +298,20 @@ class _Neighbours:
                         modes = tuple(mode if m == n else one for m, one in enumerate(phase.modes))
                         what = f"{self._name(n)} touches in phase {i + 1}, {mode.value}"
                         yield from self._inserted(what, i, modes, span=span)
+
+    def _pushes(self) -> Iterator[Neighbour]:
+        """Yield the sequences in which a compliant contact pushes for a short time, or leaves for one."""
+        for i, phase in enumerate(self.phases):
+            for n in range(len(self.contacts), len(self.contacts) + self.compliant):
+                flies = phase.modes[n] is ContactMode.FLIGHT
+                values = self.profile.gap if flies else self.profile.force
+                span = self.profile.least(values, [n], *self._span(i))
+                other = ContactMode.TOUCH if flies else ContactMode.FLIGHT
+                modes = (*phase.modes[:n], other, *phase.modes[n + 1 :])
+                what = f"{self._name(n)} {'pushes' if flies else 'leaves'} in phase {i + 1}"
+                yield from self._inserted(what, i, modes, span=span)
+                for where in ("begin", "end"):
+                    yield from self._inserted(f"{what}, at its {where}", i, modes, where=where)
 
     def _in_turn(self) -> Iterator[Neighbour]:
         for i, (before, after) in enumerate(zip(self.phases[:-1], self.phases[1:], strict=True), start=1):

@@ -22,9 +22,9 @@ class ContactProfile:
     Attributes:
         time: s, (n).
         speed: of every contact along its surface, m/s, (n, n_c).
-        force: normal forces, in units of a_n, (n, n_c).
+        force: normal forces, in units of a_n, of rigid and behind them of compliant contacts, (n, n_c + n_s).
         used: part of the friction cone that is used, (n, n_c).
-        gap: m, (n, n_c).
+        gap: of the same as the forces, m, (n, n_c + n_s).
     """
 
     time: np.ndarray
@@ -44,9 +44,16 @@ class ContactProfile:
         forces = ca.Function(
             "forces",
             [motion.ocp.system.algebraic],
-            [ca.vertcat(*[own.normal for own in shares]), ca.vertcat(*used)],
+            [
+                ca.vertcat(
+                    *[own.normal for own in shares],
+                    *[one / motion.auxiliary_force for one in motion.contact_system.compliant_forces],
+                ),
+                ca.vertcat(*used),
+            ],
         )
-        gaps, n_q = gap_function(dynamics, contacts), len(motion.robot.configuration_names)
+        every = [*contacts, *(one.contact for one in motion.compliant)]
+        gaps, n_q = gap_function(dynamics, every), len(motion.robot.configuration_names)
         n_v, clock = len(motion.robot.velocity_names), known.clock
         states = np.vstack([element.x[: len(element.z)] for element in known.running])
         algebraic = np.vstack([element.z for element in known.running])

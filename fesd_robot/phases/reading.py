@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fesd_robot.contact import ContactMode, Modes, acting_impulses, acting_sets, modes_of
+from fesd_robot.contact import ContactMode, Modes, acting_impulses, acting_sets, modes_of, names_of_modes
 from fesd_robot.fesd.neighbours import KnownTrajectory
 from fesd_robot.phases.sequence import Phase, Sequence, joined
 
@@ -17,7 +17,7 @@ def sequence_of(known: KnownTrajectory) -> Sequence:
         known: the trajectory, of a contact system in multipliers, or with impulses.
     """
     branch, elements, clock = known.branch, known.elements, known.clock
-    names = (*branch.contacts, *branch.joints)
+    names = names_of_modes(branch)
     shortest = SHORTEST * float(elements[-1].x[-1, clock])
     phases: list[Phase] = []
     pending: list[Modes] = []

@@ -219,6 +219,7 @@ class SequenceSearch:
             ContactProfile.of(motion, current.along),
             motion.ocp.knots,
             self._images,
+            len(motion.compliant),
             groups_of(motion),
         )
         untried = [one for one in found if self._key(one.sequence) not in self._seen]

@@ -16,6 +16,7 @@ _LETTERS = {
     ContactMode.SLIP: "L",
     ContactMode.SLIP_FORWARDS: "+",
     ContactMode.SLIP_BACKWARDS: "-",
+    ContactMode.TOUCH: "T",
 }
 
 SIDES = (ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)
@@ -51,7 +52,7 @@ class Sequence:
     """Phases in the order of time.
 
     Attributes:
-        names: of the contacts and, behind them, of the joints with dry friction, in the order of their `Modes`.
+        names: of rigid contacts, compliant ones and joints with dry friction, in the order of their `Modes`.
         phases: at least one.
         at_end: impacts where the last phase ends, as where another one would begin.
     """

@@ -10,10 +10,6 @@ from fesd_robot.planning.fallbacks import Overrides
 from fesd_robot.plans import Attempt, Plan
 
 
-class NoSequence(Exception):
-    """No sequence of phases led to a motion of a task whose control grid moves."""
-
-
 class AttemptedPlan(NamedTuple):
     """What one attempt at a task gave.
 

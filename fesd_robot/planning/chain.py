@@ -6,6 +6,7 @@ import contextlib
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -65,6 +66,31 @@ SIMPLER = ((0.03, False), (0.0, True), (0.05, True))
 the duration, and with contacts that stick wherever they touch."""
 
 
+class UniformMotion(NamedTuple):
+    """The end of the search for a motion on a control grid that stands still, exact or not.
+
+    Attributes:
+        motion: the task on that grid.
+        polisher, solution: the end, on its branch if it has one.
+    """
+
+    motion: MotionProblem
+    polisher: BranchTranscription
+    solution: MpccSolution
+
+
+class NoSequence(Exception):
+    """No sequence of phases led to a motion of a task whose control grid moves.
+
+    Attributes:
+        uniform: how the search on a grid that stands still ended, None where there was none.
+    """
+
+    def __init__(self, uniform: UniformMotion | None) -> None:
+        super().__init__("no sequence of phases leads to a motion of the task")
+        self.uniform = uniform
+
+
 @dataclass(frozen=True)
 class Chain:
     """From a formulated task to its motion, and who is told about it.
@@ -95,26 +121,37 @@ class Chain:
         self.reports.append(nlp)
         self.run.notify(nlp)
 
-    def on_uniform_grid(self, motion: MotionProblem, *, hard_goal: bool = False) -> SolvedMotion:
+    def on_uniform_grid(
+        self, motion: MotionProblem, known: UniformMotion | None = None, *, hard_goal: bool = False
+    ) -> SolvedMotion:
         """Return the motion of a task whose control grid stands still: the first one, refined.
 
         Args:
             motion: the formulated task.
+            known: the end of the search for it, where there was one.
             hard_goal: as in `planner.attempt`.
         """
-        transcription, begin = Transcription(motion.ocp, motion.fesd), time.perf_counter()
-        try:
-            found = self._first(motion, transcription)
-        except OutOfTime:
-            with held_to(Deadline()):
-                found = BranchTranscription(transcription), begun(transcription.problem, time.perf_counter() - begin)
+        if known:
+            self.reports.extend(known.solution.reports)
+            motion, found = known.motion, (known.polisher, known.solution)
+        else:
+            found = self._begun_or_found(motion)
         if hard_goal and motion.task.goal.soft:
             motion = with_hard_goal(motion)
         with held_to(Deadline()):
             solved = SolvedMotion.of(motion, *found)
         return self._refined(solved)
 
-    def on_phases(self, motion: MotionProblem, *, hard_goal: bool = False) -> SolvedMotion | None:
+    def _begun_or_found(self, motion: MotionProblem) -> tuple[BranchTranscription, MpccSolution]:
+        """Return the first motion on a grid that stands still, or where it begins if no time was left for it."""
+        transcription, begin = Transcription(motion.ocp, motion.fesd), time.perf_counter()
+        try:
+            return self._first(motion, transcription)
+        except OutOfTime:
+            with held_to(Deadline()):
+                return BranchTranscription(transcription), begun(transcription.problem, time.perf_counter() - begin)
+
+    def on_phases(self, motion: MotionProblem, *, hard_goal: bool = False) -> SolvedMotion:
         """Return the motion of a task whose control grid moves with its contacts, searched and refined.
 
         Sequences of phases are those that the guess shows; where none of them leads to a motion, that of a motion on a
@@ -124,19 +161,19 @@ class Chain:
             motion: the formulated task.
             hard_goal: as in `planner.attempt`.
 
-        Returns:
-            None where no sequence leads to a motion.
+        Raises:
+            NoSequence: no sequence leads to a motion.
         """
-        task = motion.task
+        task, uniform = motion.task, None
         self.on_activity(Activity.SEARCHING)
         solver, first = PhaseSolver(motion, replace(self.run, report=self.reports.append)), np.inf
         search = SequenceSearch(solver, cores_for(task.solver.processes), self.on_progress, self._cheaper)
         own = with_hard_goal(motion) if hard_goal and task.goal.soft else motion
         with contextlib.suppress(OutOfTime):
-            if not self.run.effort.search_starts and (kept := self._kept(motion)):
-                return self._refined(replace(kept, motion=own))
+            if not self.run.effort.search_starts and (kept := self.kept(motion, own)):
+                return kept
             try:
-                self._find(search, motion)
+                uniform = self._find(search, motion)
                 first = search.cost
                 if search.best and self.run.effort.search_starts:
                     self.on_activity(Activity.IMPROVING)
@@ -146,7 +183,10 @@ class Chain:
                 search.close()
         if search.best:
             return self._refined(self._best(search, own, first if np.isfinite(first) else search.cost))
-        return self._guessed(solver, own) if self.run.deadline.left <= 0 else None
+        guessed = self._guessed(solver, own) if self.run.deadline.left <= 0 else None
+        if guessed is None:
+            raise NoSequence(uniform)
+        return guessed
 
     @contextlib.contextmanager
     def _shared(self, solver: PhaseSolver) -> Iterator[None]:
@@ -169,15 +209,22 @@ class Chain:
             solution = replace(begun(own.transcription.problem, 0.0), reports=list(self.reports))
             return SolvedMotion(motion, BranchMotion(own.polisher, solution.w, own.branch), solution)
 
-    def _kept(self, motion: MotionProblem) -> SolvedMotion | None:
-        """Return the motion of an earlier plan on the elements and with the multipliers that it ended with.
+    def kept(self, motion: MotionProblem, own: MotionProblem | None = None) -> SolvedMotion | None:
+        """Return the motion of an earlier plan, from the elements and the multipliers that it ended with, refined.
 
         Args:
             motion: the task.
+            own: the same with the goal that it is held against; default: the task.
 
         Returns:
             None where there is no plan of these equations, or its branch has no exact motion near by.
         """
+        found = self._on_kept_elements(motion)
+        same_branch = replace(self.noted, effort=replace(self.run.effort, refinement_repairs=0))
+        return self._refined(replace(found, motion=own or motion), same_branch) if found else None
+
+    def _on_kept_elements(self, motion: MotionProblem) -> SolvedMotion | None:
+        """Return the motion of an earlier plan on the elements that it ended with; None where there is none."""
         plan = named_plan(motion.task) or self.earlier
         known, begin = kept_motion(plan, motion) if plan else None, time.perf_counter()
         if known is None:
@@ -228,9 +275,9 @@ class Chain:
             if background:
                 background.end()
 
-    def _find(self, search: SequenceSearch, motion: MotionProblem) -> None:
-        """Find a motion to search from."""
-        solver = search.solver
+    def _find(self, search: SequenceSearch, motion: MotionProblem) -> UniformMotion | None:
+        """Find a motion to search from; return how the search on a grid that stands still ended, if there was one."""
+        solver, uniform = search.solver, None
         _note_known(search, "earlier plan", earlier_trajectory(motion))
         if search.best is None:
             if self.earlier:
@@ -246,15 +293,16 @@ class Chain:
             for sequence in guessed_sequences(motion):
                 search.note("start at rest", sequence, solver.from_guess(sequence, state=resting(motion)))
         if search.best is None and not solver.over:
-            self._from_uniform(search, motion)
+            uniform = self._from_uniform(search, motion)
         if search.best and _is_gross(search.best):
             search.divide()
+        return uniform
 
     def _cheaper(self, found: PhaseMotion) -> None:
         """Show the NLP of a motion that is cheaper than all before."""
         self.run.notify(found.report.as_nlp)
 
-    def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> None:
+    def _from_uniform(self, search: SequenceSearch, motion: MotionProblem) -> UniformMotion | None:
         """Solve sequences that homotopies show on grids that stand still, until one of them leads to a motion.
 
         First a loose homotopy on a coarse grid, then one on the task's own, then the exact motion there; that alone
@@ -270,10 +318,11 @@ class Chain:
             check_time()
             self._from_branches(search, "coarse homotopy" if changes else "homotopy", polisher, found)
             if search.best is not None or search.solver.over:
-                return
+                return None
         uniform = formulate(task)
-        first = self._first(uniform, Transcription(uniform.ocp, uniform.fesd))
-        self._from_branches(search, "motion on a uniform grid", *first)
+        first = UniformMotion(uniform, *self._first(uniform, Transcription(uniform.ocp, uniform.fesd)))
+        self._from_branches(search, "motion on a uniform grid", first.polisher, first.solution)
+        return first
 
     def _loose(self, polisher: BranchTranscription) -> MpccSolution:
         """Return the end of a loose homotopy, from which no branch NLP is solved."""
@@ -298,14 +347,14 @@ class Chain:
             for shortest, sticking in SIMPLER if search.best is None else ():
                 search.guesses([sequence.simplified(shortest, sticking=sticking)], f"{what}, simplified")
 
-    def _refined(self, motion: SolvedMotion) -> SolvedMotion:
+    def _refined(self, motion: SolvedMotion, run: Run | None = None) -> SolvedMotion:
         """Return a motion as accurate as its task asks for."""
         accuracy = motion.motion.task.method.accuracy
         if accuracy == "none" or self.run.deadline.left <= 0:
             return motion
         self.on_activity(Activity.REFINING)
         with contextlib.suppress(OutOfTime):
-            motion = refined(motion, accuracy, self.noted)
+            motion = refined(motion, accuracy, run or self.noted)
         return motion
 
     def _first(self, motion: MotionProblem, transcription: Transcription) -> tuple[BranchTranscription, MpccSolution]:

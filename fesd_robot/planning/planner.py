@@ -12,10 +12,10 @@ import numpy as np
 from fesd_robot.arguments import checked
 from fesd_robot.mpcc import Certificate, NlpReport, NlpStatus, Run
 from fesd_robot.native import begin_building
-from fesd_robot.ocp import assembled_plan, conflict_of, formulate, homotopy_options
+from fesd_robot.ocp import MotionProblem, assembled_plan, conflict_of, formulate, homotopy_options
 from fesd_robot.ocp.judged import names_of
-from fesd_robot.planning.attempts import AttemptedPlan, NoSequence, best_plan
-from fesd_robot.planning.chain import Chain
+from fesd_robot.planning.attempts import AttemptedPlan, best_plan
+from fesd_robot.planning.chain import Chain, NoSequence, UniformMotion
 from fesd_robot.planning.fallbacks import (
     FALLBACKS,
     SOFT_GOAL,
@@ -122,14 +122,16 @@ def plan(
 def _best_of(
     task: Task,
     run: Run,
-    tried: Callable[[Task], Plan],
+    tried: Callable[..., Plan],
     retrying: Callable[[Overrides, Plan], None] | None,
     on_activity: ActivityCallback | None,
 ) -> Plan:
     """Return the cheapest solved plan of the attempts, else one that only misses the goal, else the first of all."""
     attempts, deadline, stop = list[AttemptedPlan](), run.deadline, run.stop
+    uniform: UniformMotion | None = None
     if task.method.grid == "phases":
-        if on_phases := _on_phases(task, tried, deadline):
+        on_phases, uniform = _on_phases(task, tried, deadline)
+        if on_phases:
             return on_phases
         task = with_overrides(task, {"method.grid": "uniform"})
     for overrides in _settings(task):
@@ -138,7 +140,9 @@ def _best_of(
         if attempts and retrying:
             retrying(overrides, attempts[-1].plan)
         begin = deadline.spent
-        attempts.append(AttemptedPlan(overrides, tried(with_overrides(task, overrides)), deadline.spent - begin))
+        known = {"earlier": uniform} if uniform and not overrides else {}  # it would end there again
+        plan = tried(with_overrides(task, overrides), **known)
+        attempts.append(AttemptedPlan(overrides, plan, deadline.spent - begin))
         if attempts[-1].final or stop_requested(stop):
             break
     best = best_plan(attempts)
@@ -147,18 +151,23 @@ def _best_of(
     return _with_what_helps(best, task, run, retrying, on_activity)
 
 
-def _on_phases(task: Task, attempted: Callable[[Task], Plan], deadline: Deadline) -> Plan | None:
-    """Return the plan on a control grid that moves, None where a grid that stands still is to be tried."""
+def _on_phases(
+    task: Task, attempted: Callable[[Task], Plan], deadline: Deadline
+) -> tuple[Plan | None, UniformMotion | None]:
+    """Return the plan on a control grid that moves, None where a grid that stands still is to be tried.
+
+    With it how the search on a grid that stands still has ended, if there was one.
+    """
     begin = deadline.spent
     try:
         found = AttemptedPlan({}, attempted(task), deadline.spent - begin)
     except NoSequence as error:
         logger.warning("%s, which is planned on a control grid that stands still", error)
-        return None
+        return None, error.uniform
     if found.final or deadline.left <= 0:
-        return best_plan([found])
+        return best_plan([found]), None
     logger.warning("the motion on a control grid that moves is not solved: %s", found.plan.status.message)
-    return None
+    return None, None
 
 
 def attempt(
@@ -170,12 +179,13 @@ def attempt(
     on_activity: ActivityCallback | None = None,
     on_progress: ProgressCallback | None = None,
     early: Callable[[Plan], None] | None = None,
-    earlier: Plan | None = None,
+    earlier: Plan | UniformMotion | None = None,
 ) -> Plan:
     """Plan the motion with the task's own settings, once: formulate, transcribe, solve, recover, audit, assemble.
 
     Args:
         hard_goal: whether the motion is held against the task's goal as if that were not soft.
+        earlier: a plan as in `plan`, or how the search for the motion ended on its grid that stands still.
 
     The other args and raises are those of `plan`.
 
@@ -183,8 +193,9 @@ def attempt(
         NoSequence: no sequence of phases leads to a motion on a control grid that moves.
     """
     before: list[Plan] = []
+    known = earlier if isinstance(earlier, UniformMotion) else None
 
-    def known(plan: Plan) -> None:
+    def take(plan: Plan) -> None:
         if plan.status.solved and early:
             before.append(plan)
             early(plan)
@@ -195,16 +206,53 @@ def attempt(
         on_activity or _unseen,
         on_progress or _uncounted,
         list[NlpReport](),
-        known if early else None,
-        earlier=earlier,
+        take if early else None,
+        earlier=earlier if isinstance(earlier, Plan) else None,
     )
     with held_to(run.deadline):
-        plan = _chained(task, chain, hard_goal)
+        plan = _chained(task, chain, partial(_searched, hard_goal=hard_goal, known=known))
+    assert plan is not None
     return min([plan, *before], key=lambda one: one.statistics.objective if one.status.solved else np.inf)
 
 
-def _chained(task: Task, chain: Chain, hard_goal: bool) -> Plan:
-    """Return the plan that the chain from a task leads to, of one attempt."""
+@checked
+def continued(task: Task, earlier: Plan, *, progress: Callable[[NlpReport], None] | None = None) -> Plan | None:
+    """Plan the motion with the contact sequence of a plan of a task that differs in numbers, and look for no other one.
+
+    It begins from the elements and the multipliers that the plan ended with, and takes a few iterations where the
+    numbers are near to each other.
+
+    Args:
+        task: from `load_task`; its `solver.warm_start` names another plan to begin from, if it is given.
+        earlier: the plan to begin from.
+        progress: as in `plan`.
+
+    Returns:
+        The solved plan; None where the sequence has no exact motion near that of the plan.
+
+    Raises:
+        TaskError: the task does not fit its robot; the message names file, line and key.
+    """
+    run = _run_of(task, None, progress)
+    chain = Chain(run, _unseen, _uncounted, list[NlpReport](), earlier=earlier)
+    with held_to(run.deadline):
+        plan = _chained(task, chain, Chain.kept)
+    return plan if plan and plan.status.solved else None
+
+
+def _searched(chain: Chain, motion: MotionProblem, *, hard_goal: bool, known: UniformMotion | None) -> SolvedMotion:
+    """Return the motion of a task on its grid.
+
+    Raises:
+        NoSequence: no sequence of phases leads to a motion on a control grid that moves.
+    """
+    if motion.grid.moving:
+        return chain.on_phases(motion, hard_goal=hard_goal)
+    return chain.on_uniform_grid(motion, known, hard_goal=hard_goal)
+
+
+def _chained(task: Task, chain: Chain, find: Callable[[Chain, MotionProblem], SolvedMotion | None]) -> Plan | None:
+    """Return the plan that the chain from a task leads to, of one attempt; None where no motion is found."""
     clock, on_activity = Deadline(), chain.on_activity
     on_activity(Activity.BUILDING)
     if task.solver.linear_solver in ("auto", "fesd"):
@@ -221,14 +269,10 @@ def _chained(task: Task, chain: Chain, hard_goal: bool) -> Plan:
         )
 
     chain = replace(chain, as_early=planned)
-    if motion.grid.moving:
-        found = chain.on_phases(motion, hard_goal=hard_goal)
-        if found is None:
-            raise NoSequence("no sequence of phases leads to a motion of the task")
-        solved = found
-    else:
-        solved = chain.on_uniform_grid(motion, hard_goal=hard_goal)
-    solved, certificate = descended(solved, task, chain.noted, on_activity)
+    found = find(chain, motion)
+    if found is None:
+        return None
+    solved, certificate = descended(found, task, chain.noted, on_activity)
     return _with_landing_orders(planned(solved, certificate), solved, chain.run.deadline)
 
 

@@ -39,6 +39,7 @@ __all__ = [
     "Units",
     "check_output_folder",
     "check_task_and_robot",
+    "compliant_outcomes",
     "contact_outcomes",
     "contact_words",
     "control_interval",
@@ -81,7 +82,7 @@ if TYPE_CHECKING:
     from fesd_robot.plans.body_distances import obstacle_geometry
     from fesd_robot.plans.columns import control_interval
     from fesd_robot.plans.consistency import check_task_and_robot
-    from fesd_robot.plans.contact_outcome import contact_outcomes
+    from fesd_robot.plans.contact_outcome import compliant_outcomes, contact_outcomes
     from fesd_robot.plans.continued import task_to_improve, task_to_refine
     from fesd_robot.plans.exports import EXPORTS, export
     from fesd_robot.plans.exports.joint_trajectory import joint_trajectory
@@ -138,7 +139,7 @@ else:
             "fesd_robot.plans.body_distances": ["obstacle_geometry"],
             "fesd_robot.plans.columns": ["control_interval"],
             "fesd_robot.plans.consistency": ["check_task_and_robot"],
-            "fesd_robot.plans.contact_outcome": ["contact_outcomes"],
+            "fesd_robot.plans.contact_outcome": ["compliant_outcomes", "contact_outcomes"],
             "fesd_robot.plans.continued": ["task_to_improve", "task_to_refine"],
             "fesd_robot.plans.exports": ["EXPORTS", "export"],
             "fesd_robot.plans.exports.joint_trajectory": ["joint_trajectory"],

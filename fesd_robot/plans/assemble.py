@@ -48,9 +48,29 @@ def contacts_of(motion: PhysicalMotion, names: Sequence[str], physics: NumericPh
     }
 
 
-def switches_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Switch]:
+def compliant_of(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, ContactHistory]:
+    """Return gap, force and mode of every compliant contact along the trajectory."""
+    if motion.compliance is None:
+        return {}
+    gaps, no_friction = np.array([physics.compliant_gaps(q) for q in motion.configuration]), np.zeros(len(motion.time))
+    return {
+        name: ContactHistory(
+            gap=gaps[:, i],
+            normal_force=motion.compliance.force[:, i],
+            tangential_force=no_friction,
+            lateral_force=no_friction if motion.force.shape[2] > 2 else None,
+            mode=list(motion.compliance.mode[:, i]),
+        )
+        for i, name in enumerate(physics.compliant)
+    }
+
+
+def switches_of(motion: PhysicalMotion, names: Sequence[str], compliant: Sequence[str] = ()) -> list[Switch]:
     """Return the changes of contact mode in time order."""
-    return [Switch(time=s.time, contact=names[s.contact], kind=s.kind) for s in motion.switches]
+    own = motion.compliance.switches if motion.compliance else []
+    found = [Switch(time=s.time, contact=names[s.contact], kind=s.kind) for s in motion.switches]
+    found += [Switch(time=s.time, contact=compliant[s.contact], kind=s.kind) for s in own]
+    return sorted(found, key=lambda one: one.time)
 
 
 def impulses_of(motion: PhysicalMotion, names: Sequence[str]) -> list[Impulse]:

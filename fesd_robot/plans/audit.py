@@ -102,6 +102,7 @@ def audit(
         "max_force_at_opening": modes.openings(),
         "max_joint_friction_violation": largest([stages.joint_friction(), modes.joint_friction()]),
         "max_joint_slide_violation": largest([stages.joint_slides(), modes.joint_slides()]),
+        "max_compliant_force_error": _compliant_error(motion, physics, names),
         "max_quaternion_norm_error": _quaternion_norm_error(motion, names),
         "max_impact_energy_gain": _impact_gain(motion, physics, names),
         **(others or {}),
@@ -161,6 +162,15 @@ def _gap_drift(motion: PhysicalMotion, physics: NumericPhysics, names: Names) ->
         return Measured(0.0)
     gaps = np.array([physics.gaps(q) for q in motion.configuration])
     return largest_entry(np.abs(gaps - motion.gap_state), motion.time, motion.interval, names.contacts)
+
+
+def _compliant_error(motion: PhysicalMotion, physics: NumericPhysics, names: Names) -> Measured:
+    """Return the largest difference of the force of a compliant contact from that of its spring and damper, N."""
+    if motion.compliance is None:
+        return Measured(0.0)
+    states = zip(motion.configuration, motion.velocity, strict=True)
+    errors = np.abs(motion.compliance.force - np.array([physics.compliant_forces(q, v) for q, v in states]))
+    return largest_entry(errors, motion.time, motion.interval, names.compliant)
 
 
 def _quaternion_norm_error(motion: PhysicalMotion, names: Names) -> Measured:
@@ -281,7 +291,10 @@ class _Energies:
         self.turnover = turned_over / max(len(self.errors), 1)
 
     def _powers(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the powers of controls, damping and dry friction by coordinate, and of contacts, (n_c, rows), W."""
+        """Return the powers of controls, damping, dry friction and compliant contacts by coordinate, W.
+
+        And those of rigid contacts, (n_c, rows), W.
+        """
         motion, physics = self._motion, self._physics
         q, v = motion.configuration[k], motion.velocity[k]
         velocity = physics.contact_jacobian(q) @ v
@@ -289,5 +302,6 @@ class _Energies:
             physics.generalized_force(q, motion.control[k]) * v,
             -physics.damping * v**2,
             motion.dry_friction(k) * v,
+            physics.compliant_push(q, v) * v,
         ]
         return np.concatenate(work), by_contact(stacked_rows(motion.force[k]) * velocity, physics.rows)

@@ -272,6 +272,15 @@ class Audit(Record):
             1e-2,
         ),
     ] = None
+    max_compliant_force_error: Annotated[
+        float | None,
+        AuditEntry(
+            "the largest difference of the force of a compliant contact from max(0, -stiffness gap - damping times the "
+            "rate of the gap); zero without such contacts",
+            "N",
+            1e-2,
+        ),
+    ] = None
     max_quaternion_norm_error: Annotated[
         float | None,
         AuditEntry(

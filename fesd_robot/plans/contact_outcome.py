@@ -10,7 +10,7 @@ import numpy as np
 
 from fesd_robot.contact import ContactMode
 from fesd_robot.instants import SAME_EVENT
-from fesd_robot.plans.outcome import ContactImpact, ContactOutcome, Flight, FrictionUse, Slide
+from fesd_robot.plans.outcome import ContactImpact, ContactOutcome, Flight, FrictionUse, Push, Slide
 from fesd_robot.recovery import SLIP_VELOCITY, NumericPhysics, PhysicalMotion, normal_rows, tangential_rows
 
 
@@ -41,6 +41,61 @@ def contact_outcomes(
         )
         for contact, name in enumerate(names)
     }
+
+
+def compliant_outcomes(motion: PhysicalMotion, physics: NumericPhysics) -> dict[str, ContactOutcome]:
+    """Return the flights and pushes of every compliant contact.
+
+    Largest depth, height and force are those of the samples and, of gaps, of the cubics between them, as of flights.
+
+    Args:
+        motion: the trajectory in physical time.
+        physics: gaps, contact points and Jacobians.
+    """
+    if motion.compliance is None:
+        return {}
+    states = list(zip(motion.configuration, motion.velocity, strict=True))
+    gaps = np.array([physics.compliant_gaps(q) for q, _ in states])
+    rates = np.array([physics.compliant_jacobian(q) @ v for q, v in states])
+    points = np.array([physics.compliant_points(q) for q, _ in states])
+    return {
+        name: _compliant_outcome(motion, i, gaps[:, i], rates[:, i], points[:, i])
+        for i, name in enumerate(physics.compliant)
+    }
+
+
+def _compliant_outcome(
+    motion: PhysicalMotion, contact: int, gap: np.ndarray, rate: np.ndarray, point: np.ndarray
+) -> ContactOutcome:
+    assert motion.compliance is not None
+    time, force, flights, pushes, end = motion.time, motion.compliance.force[:, contact], [], [], len(motion.time) - 1
+    modes = [motion.compliance.mode[k, contact] for k in range(1, end + 1)]
+    first = 0
+    for mode, steps in itertools.groupby(modes):
+        last = first + len(list(steps))
+        span = {"start": float(time[first]), "end": float(time[last])}
+        cut = {"open_start": first == 0, "open_end": last == end}
+        farthest = _farthest(time, gap, rate, range(first, last + 1), 1 if mode is ContactMode.FLIGHT else -1)
+        if mode is ContactMode.FLIGHT:
+            length = float(np.linalg.norm((point[last] - point[first])[:2]))
+            flights.append(Flight(**span, **cut, length=length, height=farthest))
+        else:
+            pushes.append(Push(**span, **cut, depth=farthest, force=float(force[first : last + 1].max())))
+        first = last
+    return ContactOutcome(flights=flights, pushes=pushes)
+
+
+def _farthest(time: np.ndarray, gap: np.ndarray, rate: np.ndarray, samples: range, sign: int) -> float:
+    """Return the largest gap, or with sign -1 the largest depth, of the cubics between samples, m."""
+    tops = [
+        _top(
+            float(time[b] - time[a]),
+            (sign * float(gap[a]), sign * float(gap[b])),
+            (sign * float(rate[a]), sign * float(rate[b])),
+        )
+        for a, b in itertools.pairwise(samples)
+    ]
+    return max([float((sign * gap[samples.start : samples.stop]).max()), *tops])
 
 
 NO_FORCE = 1e-3

@@ -121,6 +121,11 @@ _WORDS = {
         "dry friction of a joint that moves is its limit and opposes the motion",
         _SOLVED,
     ),
+    "max_compliant_force_error": _Words(
+        "the force of compliant contact {subject} is {value} off that of its spring and damper",
+        "its compression decides its force",
+        _SOLVED,
+    ),
     "max_simultaneous_control": _Words(
         "control {subject} has {value} while another set of its group acts", "one of them acts at a time", _SOLVED
     ),

@@ -34,7 +34,8 @@ class Names:
     """Names in the order of a motion's arrays.
 
     Attributes:
-        contacts: of the contacts, (n_c).
+        contacts: of the rigid contacts, (n_c).
+        compliant: of those that give way, (n_s).
         configuration, velocity, controls: name of each coordinate or control -> its unit.
     """
 
@@ -42,6 +43,7 @@ class Names:
     configuration: Mapping[str, str]
     velocity: Mapping[str, str]
     controls: Mapping[str, str]
+    compliant: Sequence[str] = ()
 
 
 def cone_excess(force: np.ndarray, friction: float) -> tuple[float, str]:

@@ -83,10 +83,29 @@ class ContactImpact(Record):
     approach_velocity: float
 
 
+class Push(Record):
+    """A time in which a compliant contact is compressed.
+
+    Attributes:
+        start, end: s of physical time.
+        depth: largest compression, m.
+        force: largest normal force, N.
+        open_start, open_end: the motion begins or ends in it, so that it is cut there.
+    """
+
+    start: float
+    end: float
+    depth: float
+    force: float
+    open_start: bool = False
+    open_end: bool = False
+
+
 class ContactOutcome(Record):
     """Flights, slides and impacts of one contact, each list in time order, and how much of its friction it uses.
 
     Attributes:
+        pushes: of a compliant contact, which has neither slides nor impacts; none of a rigid one.
         sticking: most of its friction that it uses where it sticks; None if it never does, without friction, and in
             plans that do not say it.
         landing: the same of its impulses in impacts after which it sticks.
@@ -97,6 +116,7 @@ class ContactOutcome(Record):
     impacts: list[ContactImpact] = Field(default_factory=list)
     sticking: FrictionUse | None = None
     landing: FrictionUse | None = None
+    pushes: list[Push] = Field(default_factory=list)
 
     @property
     def slide_distance(self) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fesd_robot.plans.outcome import ContactOutcome, Flight, GoalEntry, Outcome
+from fesd_robot.plans.outcome import ContactOutcome, Flight, GoalEntry, Outcome, Push
 from fesd_robot.plans.tables import markdown_table
 
 
@@ -50,12 +50,15 @@ def _events(name: str, contact: ContactOutcome) -> Iterator[list[str]]:
     for flight in contact.flights:
         times = [f"{flight.start:.6f}", f"{flight.end:.6f}"]
         yield [name, f"flight{_cut(flight)}", *times, _number(flight.length), _number(flight.height)]
+    for push in contact.pushes:
+        times = [f"{push.start:.6f}", f"{push.end:.6f}"]
+        yield [name, f"push of up to {_number(push.force)} N{_cut(push)}", *times, "", _number(-push.depth)]
     for slide in contact.slides:
         yield [name, "slide", f"{slide.start:.6f}", f"{slide.end:.6f}", _number(slide.distance), ""]
 
 
-def _cut(flight: Flight) -> str:
-    ends = [end for end, cut in (("start", flight.open_start), ("end", flight.open_end)) if cut]
+def _cut(one: Flight | Push) -> str:
+    ends = [end for end, cut in (("start", one.open_start), ("end", one.open_end)) if cut]
     return f", cut by the {' and the '.join(ends)} of the motion" if ends else ""
 
 

@@ -25,7 +25,14 @@ def miss_words(outcome: Outcome, kind: Literal["position", "velocity"]) -> str:
 
 
 def contact_words(contact: ContactOutcome) -> str:
-    """Return number, length and gap of the flights, number and distance of the slides, number of impacts."""
+    """Return number, length and gap of the flights, number and distance of the slides, number of impacts.
+
+    Of a contact that is compressed the number, force and depth of its pushes in place of slides and impacts.
+    """
+    if contact.pushes:
+        force, depth = max(one.force for one in contact.pushes), max(one.depth for one in contact.pushes)
+        noun = "push" if len(contact.pushes) == 1 else "pushes"
+        return f"{flight_words([contact])}; {len(contact.pushes)} {noun}, up to {force:.3g} N, {depth:.3g} m deep"
     return "; ".join([flight_words([contact]), _slides(contact), count(len(contact.impacts), "impact")])
 
 

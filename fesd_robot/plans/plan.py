@@ -52,14 +52,14 @@ class ContactHistory(Record):
         normal_force: N, shape (n,); zero in flight.
         tangential_force: N, shape (n,); positive along the ground's tangent in the x-z plane.
         lateral_force: N, shape (n,), along the second tangent, y on level ground; None of a contact in the plane.
-        mode: what it does at each sample: flight, impact, stick or slip.
+        mode: what it does at each sample: flight, impact, stick or slip; a compliant contact flight or touch.
     """
 
     gap: Array
     normal_force: Array
     tangential_force: Array
     lateral_force: Array | None = None
-    mode: list[Literal[ContactMode.FLIGHT, ContactMode.IMPACT, ContactMode.STICK, ContactMode.SLIP]]
+    mode: list[Literal[ContactMode.FLIGHT, ContactMode.IMPACT, ContactMode.STICK, ContactMode.SLIP, ContactMode.TOUCH]]
 
     @property
     def force(self) -> np.ndarray:

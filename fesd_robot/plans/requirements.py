@@ -136,11 +136,12 @@ class _Checks:
         self._states = motion.states
         self._ground = physics.scene.surfaces[GROUND]
         self._data = robot.model.createData()
-        self._names = list(task.contacts)
+        self._contacts = task.rigid_contacts
+        self._names = list(self._contacts)
 
     def slip(self) -> Iterator[Measured]:
         """Yield the tangential velocity, m/s, of every contact that may not slip, at every stage where it touches."""
-        bound = [i for i, contact in enumerate(self._task.contacts.values()) if contact.slipping == "forbidden"]
+        bound = [i for i, contact in enumerate(self._contacts.values()) if contact.slipping == "forbidden"]
         for k in np.flatnonzero(self._motion.weight > 0) if bound else ():
             velocity = self._motion.velocity[k]
             rows = self._physics.contact_jacobian(self._motion.configuration[k]) @ velocity
@@ -151,14 +152,14 @@ class _Checks:
 
     def slip_distance(self) -> Iterator[Measured]:
         """Yield by how much the slides of every contact with a limit, all together, are longer than that, m."""
-        limits = {name: c.slipping for name, c in self._task.contacts.items() if isinstance(c.slipping, float)}
+        limits = {name: c.slipping for name, c in self._contacts.items() if isinstance(c.slipping, float)}
         outcomes = contact_outcomes(self._motion, self._physics, self._names) if limits else {}
         for name, limit in limits.items():
             yield Measured(outcomes[name].slide_distance - limit, subject=name)
 
     def reserve(self) -> Iterator[Measured]:
         """Yield how much more of its cone than its reserve leaves it a contact uses, sticking or coming to rest."""
-        default, contacts = self._task.reserve.friction, self._task.contacts
+        default, contacts = self._task.reserve.friction, self._contacts
         left = {name: 1 - (default if one.reserve is None else one.reserve) for name, one in contacts.items()}
         reserved = {name: share for name, share in left.items() if share < 1}
         outcomes = contact_outcomes(self._motion, self._physics, self._names) if reserved else {}

@@ -116,13 +116,18 @@ def _doings(contact: ContactOutcome) -> str:
     ]
     hovers = [f"from {each.start:.3g} to {each.end:.3g} s (gap up to {each.height:.1g} m)" for each in low]
     slides = [f"from {each.start:.3g} to {each.end:.3g} s over {each.distance:.3g} m" for each in contact.slides]
+    pushes = [
+        f"from {each.start:.3g} to {each.end:.3g} s with up to {each.force:.3g} N, {each.depth:.3g} m deep"
+        for each in contact.pushes
+    ]
     parts = [
+        _all_or_sum("pushes", pushes, []),
         _all_or_sum("flies", flights, [each.length for each in high]),
         _all_or_sum("is unloaded just above its surface", hovers, []),
         _all_or_sum("slides", slides, [each.distance for each in contact.slides]),
     ]
     doings = [part for part in parts if part]
-    if not slides:
+    if not slides and not pushes:
         doings.append("does not slide")
     if not contact.flights:
         doings.insert(0, "never leaves its surface")

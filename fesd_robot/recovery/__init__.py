@@ -10,6 +10,7 @@ __all__ = [
     "FRACTIONS",
     "IN_THE_PLANE",
     "SLIP_VELOCITY",
+    "Compliance",
     "DenseElement",
     "DenseSamples",
     "DryFriction",
@@ -53,7 +54,7 @@ if TYPE_CHECKING:
     from fesd_robot.recovery.elements import SLIP_VELOCITY
     from fesd_robot.recovery.full_model import FullModel, FullMotion
     from fesd_robot.recovery.model_motion import ModelMotion
-    from fesd_robot.recovery.motion import JointFriction, PhysicalMotion, recover
+    from fesd_robot.recovery.motion import Compliance, JointFriction, PhysicalMotion, recover
     from fesd_robot.recovery.physics import NumericPhysics, split_contact_force, split_forces
     from fesd_robot.recovery.polynomials import ElementPolynomials
     from fesd_robot.recovery.samples import ImpactRecord
@@ -76,7 +77,7 @@ else:
             "fesd_robot.recovery.elements": ["SLIP_VELOCITY"],
             "fesd_robot.recovery.full_model": ["FullModel", "FullMotion"],
             "fesd_robot.recovery.model_motion": ["ModelMotion"],
-            "fesd_robot.recovery.motion": ["JointFriction", "PhysicalMotion", "recover"],
+            "fesd_robot.recovery.motion": ["Compliance", "JointFriction", "PhysicalMotion", "recover"],
             "fesd_robot.recovery.dry_friction": ["DryFriction"],
             "fesd_robot.recovery.physics": ["NumericPhysics", "split_contact_force", "split_forces"],
             "fesd_robot.recovery.polynomials": ["ElementPolynomials"],

@@ -10,6 +10,7 @@ import numpy as np
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.contact import (
+    CompliantContact,
     Contact,
     ContactMode,
     ContactSystem,
@@ -34,6 +35,9 @@ SLIP_VELOCITY = 1e-3
 JointsAtPoint = tuple[np.ndarray, Sequence[ContactMode]]
 """Force of the dry friction of joints, N or N m, (n_f), and their modes, (n_f)."""
 
+ComplianceAtPoint = tuple[np.ndarray, Sequence[ContactMode]]
+"""Normal force of compliant contacts, N, (n_s), and their modes, (n_s)."""
+
 
 @dataclass(frozen=True)
 class ElementPhysics:
@@ -51,6 +55,8 @@ class ElementPhysics:
         joint_modes: that these joints show, stick or a direction of slip; all coordinates of a limit surface the same;
             empty if frozen.
         joint_branch_modes: those of the branch; empty if frozen.
+        compliant_force: normal force of every compliant contact at the points, N, (points, n_s).
+        compliant_modes: of these, flight or touch; empty if frozen.
     """
 
     frozen: bool
@@ -63,6 +69,8 @@ class ElementPhysics:
     joint_force: np.ndarray
     joint_modes: list[ContactMode]
     joint_branch_modes: list[ContactMode]
+    compliant_force: np.ndarray
+    compliant_modes: list[ContactMode]
 
     def at_joints(self, point: int) -> JointsAtPoint:
         """Return dry friction and modes of the joints at a point."""
@@ -78,6 +86,7 @@ class ElementReader:
         contact_system: the time-freezing system.
         auxiliary_force: a_n, N.
         branch: of the trajectory, one entry an element.
+        compliant: contacts that give way, of which the system was made, too.
     """
 
     def __init__(
@@ -88,6 +97,7 @@ class ElementReader:
         contact_system: ContactSystem,
         auxiliary_force: float,
         branch: Branch,
+        compliant: Sequence[CompliantContact] = (),
     ) -> None:
         self.tableau = tableau
         self.n_q, self.n_v = dynamics.configuration.numel(), dynamics.velocity.numel()
@@ -111,7 +121,19 @@ class ElementReader:
         self._multipliers = ca.Function(
             "multipliers",
             [contact_system.system.algebraic],
-            [contact_system.theta_ode, multipliers, contact_system.theta_error, shares],
+            [
+                contact_system.theta_ode,
+                multipliers,
+                contact_system.theta_error,
+                shares,
+                ca.densify(ca.vertcat(ca.SX(0, 1), *contact_system.compliant_forces)),
+            ],
+        )
+        self._compliant_names = [one.name for one in compliant]
+        self._relief = ca.Function(
+            "relief",
+            [dynamics.configuration, dynamics.velocity],
+            [ca.densify(ca.vertcat(ca.SX(0, 1), *[one.relief(dynamics.velocity) for one in compliant]))],
         )
         jump, impulses = contact_system.system.jump, contact_system.impulses
         self._jump = None
@@ -150,6 +172,15 @@ class ElementReader:
                 modes[i] = _observed(ContactMode.SLIP, speeds[None, own])
         return np.zeros(len(speeds)), modes
 
+    def compliance_of_state(
+        self, q: np.ndarray, v: np.ndarray, modes: Sequence[ContactMode] | None = None
+    ) -> ComplianceAtPoint:
+        """Return force and modes of compliant contacts in a state; the modes are those of an element if given."""
+        relief = np.asarray(self._relief(q, v)).ravel()
+        own = [ContactMode.TOUCH if one < 0 else ContactMode.FLIGHT for one in relief] if modes is None else modes
+        flies = np.array([mode is ContactMode.FLIGHT for mode in own], dtype=bool)
+        return np.where(flies, 0.0, np.maximum(-relief, 0.0)), own
+
     def read(self, number: int, element: Element) -> ElementPhysics:
         """Return the physics of an element, the `number`-th of the trajectory.
 
@@ -180,6 +211,8 @@ class ElementReader:
             joint_force=-self._dry_friction * of_joints / np.maximum(theta, 1e-300)[:, None],
             joint_modes=joint_modes,
             joint_branch_modes=joint_branch_modes,
+            compliant_force=np.array([np.asarray(value[4]).ravel() for value in values]),
+            compliant_modes=[] if frozen else self._compliant_modes(number),
         )
 
     @property
@@ -221,6 +254,11 @@ class ElementReader:
         shown = [_observed(mode, velocity[:, i]) for i, mode in enumerate(planned)]
         closed = [s if p is ContactMode.IMPACT else p for p, s in zip(planned, shown, strict=True)]
         return shown, closed
+
+    def _compliant_modes(self, number: int) -> list[ContactMode]:
+        """Return the modes of compliant contacts in an element."""
+        modes = contact_modes(self._branch, number)
+        return [modes[name] for name in self._compliant_names]
 
     def _joint_modes(self, number: int, element: Element) -> tuple[list[ContactMode], list[ContactMode]]:
         """Return the modes that joints with dry friction show and those of the branch."""

@@ -140,8 +140,9 @@ class FullModel:
         holds it.
 
         Args:
-            physics: of the reduced robot, with the contacts in the order of the scene.
-            samples: q_r, v_r, u and f, of shape (n_c, rows) with normal and tangential force, of every sample.
+            physics: of the reduced robot, with the contacts in the order of the scene, rigid ones first.
+            samples: q_r, v_r, u and f, of shape (n_c + n_s, rows) with normal and tangential force, of every sample;
+                the accelerations know the forces of the n_s compliant contacts by themselves.
             dry_friction: r_r of every sample, N or N m, (n, n_v); none if omitted.
         """
         model, links = self._full.model, self._joints
@@ -149,7 +150,7 @@ class FullModel:
         sharing, no_friction = self._sharing_of_friction(), np.zeros(self._robot.model.nv)
         for k, (q_r, v_r, u, f) in enumerate(samples):
             joint_friction = no_friction if dry_friction is None else dry_friction[k]
-            a_r = acceleration_under(physics, q_r, v_r, u, f, joint_friction)
+            a_r = acceleration_under(physics, q_r, v_r, u, f[: len(physics.friction)], joint_friction)
             q, v, a = self.configuration(q_r), self.velocity(v_r), self.velocity(a_r)
             feet = self.forces_on_feet(f)
             tau = pin.rnea(model, self._data, q, v, a) + self._physics.resistance(q, v)

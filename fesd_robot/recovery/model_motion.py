@@ -60,7 +60,7 @@ def model_motion(
     q_all, v_all, a_all = np.empty((n, target.nq)), np.empty((n, target.nv)), np.empty((n, target.nv))
     place, force = np.empty((n, len(full.feet), 3)), np.empty((n, len(full.feet), 3))
     for k, (q_r, v_r, u, f) in enumerate(samples):
-        a_r = acceleration_under(physics, q_r, v_r, u, f, dry_friction[k])
+        a_r = acceleration_under(physics, q_r, v_r, u, f[: len(physics.friction)], dry_friction[k])
         q, v, a = full.configuration(q_r), full.velocity(v_r), full.velocity(a_r)
         if target is model:
             q_all[k], v_all[k], a_all[k] = q, v, a

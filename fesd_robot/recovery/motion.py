@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fesd_robot.complementarity import Branch
-from fesd_robot.contact import Contact, ContactSystem, MultibodyDynamics
+from fesd_robot.contact import CompliantContact, Contact, ContactSystem, MultibodyDynamics
 from fesd_robot.fesd import Element, Tableau
 from fesd_robot.recovery.between import DenseSamples, stacked_elements
 from fesd_robot.recovery.elements import ElementReader
@@ -37,6 +37,21 @@ class JointFriction:
 
 
 @dataclass(frozen=True)
+class Compliance:
+    """Compliant contacts along the n samples of a motion; there are n_s of them.
+
+    Attributes:
+        force: normal force, N, (n, n_s).
+        mode: `ContactMode`, flight or touch, (n, n_s).
+        switches: where they begin and cease to push, in time order; their contact is a number of a compliant one.
+    """
+
+    force: np.ndarray
+    mode: np.ndarray
+    switches: list[SwitchRecord]
+
+
+@dataclass(frozen=True)
 class PhysicalMotion:
     """A trajectory in physical time as arrays; n samples, n_c contacts.
 
@@ -55,6 +70,7 @@ class PhysicalMotion:
         theta_sum_error: largest deviation of the multipliers from their definition and their sum from one.
         between: states between the stages, which are no samples.
         joints: dry friction of joints; None if none has any.
+        compliance: compliant contacts, which are not among the n_c; None if there is none.
     """
 
     time: np.ndarray
@@ -73,6 +89,7 @@ class PhysicalMotion:
     theta_sum_error: float
     between: DenseSamples
     joints: JointFriction | None = None
+    compliance: Compliance | None = None
 
     def dry_friction(self, sample: int) -> np.ndarray:
         """Return the force of dry friction on every velocity coordinate at a sample, N or N m, (n_v)."""
@@ -119,6 +136,7 @@ def recover(
     contacts: Sequence[Contact],
     contact_system: ContactSystem,
     auxiliary_force: float,
+    compliant: Sequence[CompliantContact] = (),
 ) -> PhysicalMotion:
     """Return the motion in physical time: frozen phases removed, both sides of an impact kept.
 
@@ -133,10 +151,11 @@ def recover(
         dynamics, contacts: as given to `contact_system`.
         contact_system: the time-freezing system.
         auxiliary_force: a_n, N.
+        compliant: contacts that give way.
 
     Source: Nurkanovic et al., arXiv 2111.06759, section 4 (recovering the solution in physical time).
     """
-    reader = ElementReader(tableau, dynamics, contacts, contact_system, auxiliary_force, branch)
+    reader = ElementReader(tableau, dynamics, contacts, contact_system, auxiliary_force, branch, compliant)
     samples = Samples(reader)
     theta_error, clock = 0.0, []
     for number, element in enumerate(elements):
@@ -153,12 +172,14 @@ def recover(
     samples.close(elements[-1])
     columns, rows = samples.stacked(), reader.friction_coordinates
     of_joints = columns.pop("joint_force"), columns.pop("joint_mode")
+    of_compliant = columns.pop("compliant_force"), columns.pop("compliant_mode")
     limits = dynamics.dry_friction_limits[rows]
     switches = [one for one in switches_between(samples.joint_phases) if one.contact in reader.first_of_units]
     joints = JointFriction(rows, limits, *of_joints, switches) if rows.size else None
     return PhysicalMotion(
         **columns,
         joints=joints,
+        compliance=Compliance(*of_compliant, switches_between(samples.compliant_phases)) if compliant else None,
         between=stacked_elements(samples.between, (reader.n_q, reader.n_v, len(elements[0].u) - 1, reader.n_c)),
         impacts=samples.impacts,
         switches=switches_between(samples.phases),

@@ -30,6 +30,7 @@ class NumericPhysics:
         control_matrix: q -> B, (n_v, n_u).
         in_space: whether contacts have two tangents; a circle is a ball then.
         restitution: name of a contact -> its coefficient of restitution, 0 to 1; 0 of those that are left out.
+        compliance: name of a compliant contact -> its stiffness, N/m, and damping, N s/m.
         impacts_at_once: whether friction in an impact follows the velocity after it, instead of acting along it.
 
     Attributes:
@@ -41,6 +42,7 @@ class NumericPhysics:
         dry_friction: limit of the dry friction of every joint, N or N m, (n_v); it is no part of the forces below.
         friction_coordinates: velocity coordinates that have some, (n_f).
         rubbing: the same, by joints and limit surfaces.
+        compliant: compliant contacts, whose force is one of the state and so a part of the forces below.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class NumericPhysics:
         *,
         in_space: bool = False,
         restitution: Mapping[str, float] = MappingProxyType({}),
+        compliance: Mapping[str, tuple[float, float]] = MappingProxyType({}),
         impacts_at_once: bool = False,
     ) -> None:
         self.scene = scene
@@ -60,7 +63,11 @@ class NumericPhysics:
         self._model = robot.model
         self._data = robot.model.createData()
         self._geometries = [scene.geometries[name] for name in friction]
-        self._frames = {frame: robot.frame_id(frame) for geometry in self._geometries for frame in frames_of(geometry)}
+        self.compliant = tuple(compliance)
+        self._compliant = [scene.geometries[name] for name in compliance]
+        self._stiffness, self._damping = np.array(list(compliance.values()), dtype=float).reshape(-1, 2).T
+        every = [*self._geometries, *self._compliant]
+        self._frames = {frame: robot.frame_id(frame) for geometry in every for frame in frames_of(geometry)}
         self._control_matrix = control_matrix
         self.damping = np.array(robot.model.damping)
         self._springs = robot.springs
@@ -97,15 +104,57 @@ class NumericPhysics:
         rows = [row for geometry in self._geometries for row in self._rows(geometry)]
         return np.array(rows).reshape(-1, self._model.nv)
 
+    def compliant_gaps(self, q: np.ndarray) -> np.ndarray:
+        """Return the gap of every compliant contact, m, (n_s); negative where it is compressed."""
+        pin.framesForwardKinematics(self._model, self._data, q)
+        return np.array([self._gap(geometry) for geometry in self._compliant])
+
+    def compliant_points(self, q: np.ndarray) -> np.ndarray:
+        """Return the points of the robot that push against compliant contacts, m, (n_s, 3)."""
+        pin.framesForwardKinematics(self._model, self._data, q)
+        return np.array([self._point(geometry) for geometry in self._compliant]).reshape(-1, 3)
+
+    def compliant_jacobian(self, q: np.ndarray) -> np.ndarray:
+        """Return the rows J_n of the compliant contacts, (n_s, n_v)."""
+        pin.computeJointJacobians(self._model, self._data, q)
+        pin.updateFramePlacements(self._model, self._data)
+        return np.array([self._rows(geometry)[0] for geometry in self._compliant]).reshape(-1, self._model.nv)
+
+    def relief(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return k gap + d J_n v of every compliant contact, N, (n_s); where it is negative it pushes as much."""
+        if not self._compliant:
+            return np.zeros(0)
+        return np.asarray(self._stiffness * self.compliant_gaps(q) + self._damping * (self.compliant_jacobian(q) @ v))
+
+    def compliant_forces(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the normal force max(0, -k gap - d J_n v) of every compliant contact, N, (n_s)."""
+        return np.maximum(-self.relief(q, v), 0.0)
+
+    def compliant_push(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the force of all compliant contacts on the coordinates, (n_v)."""
+        if not self._compliant:
+            return np.zeros_like(v)
+        force = self.compliant_forces(q, v)
+        return np.asarray(self.compliant_jacobian(q).T @ force)
+
+    @property
+    def reach(self) -> np.ndarray:
+        """Stiffness of every compliant contact, N/m, (n_s): a relief by it is a distance."""
+        return self._stiffness
+
     def generalized_force(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Return B(q) u, (n_v)."""
         return np.asarray(self._control_matrix(q)) @ u
 
     def required_force(self, q: np.ndarray, v: np.ndarray, a: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Return M a + h + D v + K (q - r) - B u, the force that contacts and dry friction must supply, (n_v)."""
+        """Return M a + h + D v + K (q - r) - J_s^T f_s - B u, what rigid contacts and dry friction must supply, (n_v).
+
+        f_s are the forces of compliant contacts.
+        """
         return (
             np.asarray(pin.rnea(self._model, self._data, q, v, a))
             + self.resistance(q, v)
+            - self.compliant_push(q, v)
             - self.generalized_force(q, u)
         )
 

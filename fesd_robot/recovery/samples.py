@@ -11,7 +11,7 @@ from fesd_robot.contact import ContactMode
 from fesd_robot.exactness import NO_VELOCITY
 from fesd_robot.fesd import Element
 from fesd_robot.recovery.between import DenseElement
-from fesd_robot.recovery.elements import ElementPhysics, ElementReader, JointsAtPoint
+from fesd_robot.recovery.elements import ComplianceAtPoint, ElementPhysics, ElementReader, JointsAtPoint
 from fesd_robot.recovery.switches import ContactPhase
 
 _TAKES_PART = 1e-3
@@ -51,6 +51,7 @@ class Samples:
         self.impacts: list[ImpactRecord] = []
         self.phases: list[ContactPhase] = []
         self.joint_phases: list[ContactPhase] = []
+        self.compliant_phases: list[ContactPhase] = []
 
     def add_impulse(self, element: Element, impulse: np.ndarray) -> None:
         """Add an element in which the clock stands still, or before which impulses act."""
@@ -66,10 +67,16 @@ class Samples:
         self._provisional = False
         if not self._rows or self._jumps_to(element.x_left):
             self._close_impact(self._reader.clock(element.x_left))
-            self._append(element.x_left, element, physics.force[0], physics.modes, physics.at_joints(0))
+            compliance = self._reader.compliance_of_state(
+                *self._reader.split(element.x_left)[:2], physics.compliant_modes
+            )
+            self._append(
+                element.x_left, element, physics.force[0], physics.modes, physics.at_joints(0), compliance=compliance
+            )
         self._pending[:] = 0.0
         self.phases.append(ContactPhase(self._reader.clock(element.x_left), physics.modes))
         self.joint_phases.append(ContactPhase(self._reader.clock(element.x_left), physics.joint_modes))
+        self.compliant_phases.append(ContactPhase(self._reader.clock(element.x_left), physics.compliant_modes))
         self.between.append(self._reader.between(element, physics))
         n_q, n_v, tableau = self._reader.n_q, self._reader.n_v, self._reader.tableau
         slope = tableau.derivative @ np.vstack([element.x_left, element.x[: tableau.stages]])
@@ -77,10 +84,12 @@ class Samples:
             if j < tableau.stages:
                 acceleration = slope[j, n_q : n_q + n_v] / slope[j, n_q + n_v]
                 weight = element.step * tableau.b[j] * physics.rate[j]
-                joints = physics.at_joints(j)
-                self._append(x, element, physics.force[j], physics.modes, joints, acceleration, weight)
+                joints, compliance = physics.at_joints(j), (physics.compliant_force[j], physics.compliant_modes)
+                self._append(x, element, physics.force[j], physics.modes, joints, acceleration, weight, compliance)
             else:
-                self._append(x, element, physics.force[j - 1], physics.modes, physics.at_joints(j - 1))
+                compliance = self._reader.compliance_of_state(*self._reader.split(x)[:2], physics.compliant_modes)
+                joints = physics.at_joints(j - 1)
+                self._append(x, element, physics.force[j - 1], physics.modes, joints, compliance=compliance)
 
     def close(self, last: Element) -> None:
         """Add the state after an impact at the very end."""
@@ -121,9 +130,11 @@ class Samples:
         joints: JointsAtPoint | None = None,
         acceleration: np.ndarray | None = None,
         weight: float = 0.0,
+        compliance: ComplianceAtPoint | None = None,
     ) -> None:
         q, v, gap_state = self._reader.split(x)
         friction, joint_modes = joints or self._reader.joints_of_state(v)
+        compliant_force, compliant_modes = compliance or self._reader.compliance_of_state(q, v)
         in_flight = np.array([mode is ContactMode.FLIGHT for mode in modes], dtype=bool)
         self._rows.append(
             {
@@ -139,5 +150,7 @@ class Samples:
                 "mode": np.array([mode.without_direction for mode in modes], dtype=object),
                 "joint_force": friction,
                 "joint_mode": np.array([mode.without_direction for mode in joint_modes], dtype=object),
+                "compliant_force": compliant_force,
+                "compliant_mode": np.array(compliant_modes, dtype=object),
             }
         )

@@ -248,7 +248,10 @@ def _legend(content: PageContent, names: list[str], spacing: float) -> str:
     """Return the list entries that explain the coloured paths, modes and arrows, the grid and the ghost."""
     colors = [(f"path of {name}", series_color(index)) for index, name in enumerate(names)]
     if content.story is not None:
-        colors += [(str(mode), MODES[mode]) for mode in (ContactMode.FLIGHT, ContactMode.STICK, ContactMode.SLIP)]
+        shown = {span[0] for row in content.story["rows"] for span in row["spans"]}
+        modes = [ContactMode.FLIGHT, ContactMode.STICK, ContactMode.SLIP]
+        modes += [ContactMode.TOUCH] if ContactMode.TOUCH in shown else []
+        colors += [(str(mode), MODES[mode]) for mode in modes]
         colors += [("force", BLACK), ("friction cone", GREEN), ("impulse", MODES[ContactMode.IMPACT])]
     entries = [f'<li><i style="background:{color}"></i>{html.escape(name)}</li>' for name, color in colors]
     entries += [f"<li>transparent: {html.escape(content.ghost.name)}</li>"] if isinstance(content.ghost, Ghost) else []

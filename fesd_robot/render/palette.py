@@ -21,6 +21,7 @@ MODES = {
     ContactMode.STICK: BLUE,
     ContactMode.SLIP: ORANGE,
     ContactMode.IMPACT: VERMILION,
+    ContactMode.TOUCH: PURPLE,
 }
 """Colour of each contact mode."""
 

@@ -47,7 +47,8 @@ class MeasuredState:
             q = physics.integrate(q, -_least(physics.mass_matrix(q), rows, gaps[moved]))
         held = np.zeros((len(modes), self._rows), dtype=bool)
         held[:, 0] = closed
-        held[:, 1:] = np.array([mode is ContactMode.STICK for mode in modes])[:, None] & (self._friction > 0)[:, None]
+        sticks = np.array([mode is ContactMode.STICK for mode in modes], dtype=bool)
+        held[:, 1:] = (sticks & (self._friction > 0))[:, None]
         if held.any():
             rows = physics.contact_jacobian(q)[held.ravel()]
             v = v - _least(physics.mass_matrix(q), rows, rows @ v)

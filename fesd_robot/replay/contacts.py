@@ -15,6 +15,7 @@ from fesd_robot.replay.headings import slip_headings
 from fesd_robot.replay.impacts import Impact, impact, levelled
 from fesd_robot.replay.mode_motion import ZERO_TANGENTIAL_VELOCITY, ModeMotion
 from fesd_robot.replay.modes import rated_modes, slips_are_proper
+from fesd_robot.replay.roots import BEYOND_GAP
 
 CLOSED_GAP = 1e-5
 """Gap, m, up to which a contact that hardly moves is closed when a replay begins."""
@@ -63,6 +64,7 @@ class Contacts:
         joints: modes of the joints with dry friction, (n_f).
         headings: directions of their slides at the event, see `slip_headings`, (n_c, n_t).
         joint_headings: the same of joints, see `DryFriction.headings`, (n_f).
+        compliant: modes of the compliant contacts, flight or touch, (n_s).
     """
 
     modes: Modes
@@ -71,6 +73,13 @@ class Contacts:
     joints: Modes
     headings: np.ndarray
     joint_headings: np.ndarray
+    compliant: Modes = ()
+
+    def with_compliant_changed(self, number: int) -> Contacts:
+        """Return the contacts after a compliant one has begun, or ceased, to push."""
+        modes = list(self.compliant)
+        modes[number] = ContactMode.FLIGHT if modes[number] is ContactMode.TOUCH else ContactMode.TOUCH
+        return replace(self, compliant=tuple(modes))
 
 
 @dataclass(frozen=True)
@@ -132,7 +141,10 @@ class ContactLaw:
             (ContactMode.STICK,) * len(self._physics.friction_coordinates),
         )
         nowhere = slip_headings(np.zeros((len(gaps), self._physics.rows - 1)))
-        contacts = Contacts((ContactMode.FLIGHT,) * len(gaps), closed, ground, joints, nowhere, np.zeros(len(joints)))
+        compliant = self._compliant(q, v)
+        contacts = Contacts(
+            (ContactMode.FLIGHT,) * len(gaps), closed, ground, joints, nowhere, np.zeros(len(joints)), compliant
+        )
         hits, result = (gaps <= 0) & (normal < -CLOSED_VELOCITY), None
         if hits.any():
             contacts, result = self.hit(contacts, hits, q, v)
@@ -218,6 +230,15 @@ class ContactLaw:
             ),
             v,
         )
+
+    def _compliant(self, q: np.ndarray, v: np.ndarray) -> Modes:
+        """Return which compliant contacts push; one that is about to begin does."""
+        relief = self._physics.relief(q, v)
+        if not relief.size:
+            return ()
+        distance, rate = relief / self._physics.reach, self._physics.compliant_jacobian(q) @ v
+        pushes = (distance < -BEYOND_GAP) | ((distance <= BEYOND_GAP) & (rate < 0))
+        return tuple(ContactMode.TOUCH if one else ContactMode.FLIGHT for one in pushes)
 
     def _not_parting(self, touching: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return which of the contacts that touched stay closed after an impact, (n_c) of bool."""

@@ -21,6 +21,8 @@ class Replay:
         notes: what is not as it should be; the state is NaN where it could not be integrated.
         joint_events: changes of joints between sticking and sliding, in time order; their contact is a number of a
             joint with dry friction.
+        compliant_events: where compliant contacts begin and cease to push, in time order; their contact is a number of
+            one.
         arriving: velocity before what hits within `SAME_EVENT` of the end, (n_v); that at the end if nothing does.
     """
 
@@ -30,4 +32,5 @@ class Replay:
     drift: Drift
     notes: frozenset[ReplayNote]
     joint_events: tuple[SwitchRecord, ...] = ()
+    compliant_events: tuple[SwitchRecord, ...] = ()
     arriving: np.ndarray = field(default_factory=lambda: np.zeros(0))

@@ -42,6 +42,15 @@ class Event:
             for kind in (_kinds_of_hit(old, new) if hit else kinds_of_change(old, new))
         ]
 
+    def compliant_switches(self, start: float) -> list[SwitchRecord]:
+        """Return the changes of compliant contacts, by their numbers, `start` added to their time, s."""
+        changes = zip(self.before.compliant, self.after.compliant, strict=True)
+        return [
+            SwitchRecord(start + self.time, i, kind)
+            for i, (old, new) in enumerate(changes)
+            for kind in kinds_of_change(old, new)
+        ]
+
     def joint_switches(self, start: float, firsts: Collection[int]) -> list[SwitchRecord]:
         """Return the changes of joints, `start` added to their time, s; their contact is a number of a joint.
 

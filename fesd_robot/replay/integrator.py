@@ -64,9 +64,12 @@ def replay_motion(
 
         M a + h + D v = B u + J^T f + tau,   0 <= f_n ⊥ gap >= 0,   f_t in -mu f_n Sgn(J_t v),   tau in -F Sgn(v)
 
+    with f_n = max(0, -k gap - d J_n v) of compliant contacts in place of the second and the third.
+
     Between events the contact modes are fixed, and the accelerations of `acceleration_in_modes` are integrated with
     DOP853 in tangent coordinates about q. At an event, a gap, a force at the edge of its friction cone, a tangential
-    velocity or one of a joint with dry friction reaching zero, or that friction reaching its limit, the modes are
+    velocity or one of a joint with dry friction reaching zero, that friction reaching its limit, or a compliant contact
+    beginning or ceasing to push, the modes are
     chosen anew from `rated_modes`, after an `impact` where a contact approaches; dry friction has no impulse.
     A contact that is closed at the start, as `ContactLaw.begin` says, touches where it is.
 
@@ -89,7 +92,7 @@ def replay_motion(
     law = ContactLaw(physics, u)
     segments = Segments(physics, q, u, law, budget=budget or Budget())
     begin = law.begin(q, v, np.zeros(len(physics.friction), dtype=bool) if flying is None else flying)
-    events, joint_events = list[SwitchRecord](), list[SwitchRecord]()
+    events, joint_events, compliant_events = list[SwitchRecord](), list[SwitchRecord](), list[SwitchRecord]()
     following = events_along(segments, begin.contacts, begin.velocity, duration)
     arriving: np.ndarray | None = None
     while True:
@@ -100,10 +103,20 @@ def replay_motion(
             break
         events += event.switches(start)
         joint_events += event.joint_switches(start, physics.rubbing.firsts)
+        compliant_events += event.compliant_switches(start)
         if arriving is None and event.impact and event.time > duration - SAME_EVENT:
             arriving = event.velocity
     arriving = v if arriving is None else arriving
-    return Replay(q, v, tuple(events), begin.drift, frozenset(law.notes), tuple(joint_events), arriving)
+    return Replay(
+        q,
+        v,
+        tuple(events),
+        begin.drift,
+        frozenset(law.notes),
+        tuple(joint_events),
+        tuple(compliant_events),
+        arriving,
+    )
 
 
 def events_along(
@@ -127,6 +140,8 @@ def events_along(
             continue
         here, v = segments.state(y)
         before, velocity, result = contacts, v, None
+        if fired >= segments.springs:
+            contacts = contacts.with_compliant_changed(fired - segments.springs)
         left = contacts.modes if fired == segments.forces else None
         hits = law.hit_with(before, np.arange(len(before.modes)) == fired, here, v)
         if hits.any():
@@ -173,6 +188,11 @@ class Segments:
     def forces(self) -> int:
         """Number of the event at which a force leaves its friction cone, after those of the gaps and of the slips."""
         return 2 * len(self.physics.friction)
+
+    @property
+    def springs(self) -> int:
+        """Number of the first event at which a compliant contact begins or ceases to push, behind all others."""
+        return self.forces + 2 + len(self.physics.friction_coordinates)
 
     def state(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return configuration and velocity."""
@@ -226,6 +246,7 @@ class Segments:
             after = watched(stepper.y)
             crossing = {int(k): stepper.t for k in np.flatnonzero((before >= 0) & (after < 0))}
             crossing |= self._dips(contacts, stepper, watched) if watch else {}
+            crossing |= self._dips_of_springs(contacts, stepper, watched) if watch else {}
             found = self._first(stepper, watched, crossing) if watch and crossing else None
             if self.taken:
                 self.taken(stepper.t_old, found[0] if found else stepper.t, self._along(stepper), contacts)
@@ -272,6 +293,30 @@ class Segments:
             lowest = turning_time(lambda t: self._parting(path(t)), k, stepper.t_old, stepper.t)
             if watched(path(lowest))[k] < 0 <= watched(path(stepper.t_old))[k]:
                 dips[k] = lowest
+        return dips
+
+    def _dips_of_springs(
+        self, contacts: Contacts, stepper: DOP853, watched: Callable[[np.ndarray], np.ndarray]
+    ) -> dict[int, float]:
+        """Return the numbers of compliant contacts that have begun and ceased inside the last step -> when in between.
+
+        Looked at are those whose gap has an extreme in the step.
+        """
+        if not contacts.compliant:
+            return {}
+        sides = np.array([-1.0 if mode is ContactMode.TOUCH else 1.0 for mode in contacts.compliant])
+
+        def rates(y: np.ndarray) -> np.ndarray:
+            q, v = self.state(y)
+            return np.asarray(sides * (self.physics.compliant_jacobian(q) @ v))
+
+        path, dips = stepper.dense_output(), {}
+        turning = (rates(stepper.y) > 0) & (rates(path(stepper.t_old)) < 0)
+        for i in np.flatnonzero(turning).tolist():
+            extreme = turning_time(lambda t: rates(path(t)), i, stepper.t_old, stepper.t)
+            k = self.springs + i
+            if watched(path(extreme))[k] < 0 <= watched(path(stepper.t_old))[k]:
+                dips[k] = extreme
         return dips
 
     def _parting(self, y: np.ndarray) -> np.ndarray:
@@ -354,20 +399,21 @@ class Segments:
         headings: tuple[np.ndarray, np.ndarray],
         dynamics_at: Callable[[np.ndarray, np.ndarray], ContactDynamics],
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """Return the values that must stay positive, (2 n_c + 2 + n_f).
+        """Return the values that must stay positive, (2 n_c + 2 + n_f + n_s).
 
-        Gap and slip of every contact, the margin of all their forces, that of the dry friction of sticking joints, and
-        the velocities of sliding ones.
+        Gap and slip of every contact, the margin of all their forces, that of the dry friction of sticking joints, the
+        velocities of sliding ones, and how far compliant contacts are from beginning, or ceasing, to push, m.
         """
         slip = np.array([mode.direction for mode in contacts.modes]) * (self.physics.friction > 0)
         touches, count = bool(contacts.closed.any()), len(contacts.modes)
         rubbing = self.physics.rubbing
         slide = np.array([mode.direction for mode in contacts.joints], dtype=float)
+        pushing = np.array([-1.0 if mode is ContactMode.TOUCH else 1.0 for mode in contacts.compliant])
         sticking = [unit for unit in rubbing.units if contacts.joints[unit[0]] is ContactMode.STICK]
 
         def values(y: np.ndarray) -> np.ndarray:
             q, v = self.state(y)
-            result = np.full(2 * count + 2 + len(slide), np.inf)
+            result = np.full(2 * count + 2 + len(slide) + len(pushing), np.inf)
             if not contacts.closed.all():
                 gaps = self.physics.gaps(q) - contacts.ground + BEYOND_GAP
                 result[:count] = np.where(contacts.closed, np.inf, gaps)
@@ -386,7 +432,11 @@ class Segments:
             for unit in rubbing.surfaces:
                 speeds[unit] = rubbing.scaled(unit, speeds) @ headings[1][unit]
             moving = slide * speeds + _BEYOND_SLIP
-            result[2 * count + 2 :] = np.where(slide == 0, np.inf, moving)
+            result[2 * count + 2 : 2 * count + 2 + len(slide)] = np.where(slide == 0, np.inf, moving)
+            if pushing.size:
+                result[2 * count + 2 + len(slide) :] = (
+                    pushing * self.physics.relief(q, v) / self.physics.reach + BEYOND_GAP
+                )
             return result
 
         return values

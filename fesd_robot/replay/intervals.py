@@ -130,12 +130,14 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
     ends = [(side, motion.velocity[side] - v) for side in sides for v in (result.velocity, result.arriving)]
     last, velocity_error = min(ends, key=lambda one: _size(one[1]))
     of_joints = motion.joints.switches if motion.joints else []
-    planned, planned_joints = (
+    of_compliant = motion.compliance.switches if motion.compliance else []
+    planned, planned_joints, planned_compliant = (
         tuple(s for s in switches if begin - SAME_TIME < s.time < finish + SAME_TIME)
-        for switches in (motion.switches, of_joints)
+        for switches in (motion.switches, of_joints, of_compliant)
     )
     difference, unmatched = compare_events(result.events, planned, (begin, finish))
     joint_difference, unmatched_joints = compare_events(result.joint_events, planned_joints, (begin, finish))
+    late, unmatched_compliant = compare_events(result.compliant_events, planned_compliant, (begin, finish))
     return IntervalReplay(
         interval=int(motion.interval[end]),
         start=begin,
@@ -145,8 +147,8 @@ def _interval(motion: PhysicalMotion, physics: NumericPhysics, start: int, end: 
         position_error=physics.difference(result.configuration, motion.configuration[end]),
         velocity_error=velocity_error,
         impact_error=impact_error,
-        event_difference=max(difference, joint_difference),
-        unmatched=unmatched + unmatched_joints,
+        event_difference=max(difference, joint_difference, late),
+        unmatched=unmatched + unmatched_joints + unmatched_compliant,
         drift=result.drift,
         notes=result.notes | ({ReplayNote.IN_TURN} if in_turn else set()),
     )

@@ -69,7 +69,8 @@ class SimulatedMotion:
 
     Attributes:
         pieces, hits: in time order.
-        switches, joint_switches: changes of contacts, and of joints with dry friction.
+        switches, joint_switches, compliant_switches: changes of contacts, of joints with dry friction, and of
+            compliant contacts.
         notes: (time, what was not as it should be), each kind at its first time.
         configuration, velocity: at the end, (n_q) and (n_v).
     """
@@ -80,6 +81,7 @@ class SimulatedMotion:
     hits: list[Hit] = field(default_factory=list)
     switches: list[SwitchRecord] = field(default_factory=list)
     joint_switches: list[SwitchRecord] = field(default_factory=list)
+    compliant_switches: list[SwitchRecord] = field(default_factory=list)
     notes: dict[ReplayNote, float] = field(default_factory=dict)
 
 
@@ -164,6 +166,7 @@ class _Recorder:
         """Add an event."""
         self.result.switches += event.switches(self.start)
         self.result.joint_switches += event.joint_switches(self.start, self.firsts)
+        self.result.compliant_switches += event.compliant_switches(self.start)
         if event.impact:
             time, pieces = self.start + event.time, len(self.result.pieces)
             self.result.hits.append(Hit(time, self.interval, event.configuration, event.velocity, event.impact, pieces))

@@ -10,6 +10,7 @@ from fesd_robot.contact import ContactMode
 from fesd_robot.fesd import Tableau, make_tableau
 from fesd_robot.recovery import (
     FRACTIONS,
+    Compliance,
     DenseElement,
     ImpactRecord,
     JointFriction,
@@ -50,6 +51,7 @@ def driven_motion(
         samples.impact(hits[len(driven.pieces)], last.end, last.contacts, last.interval, last.control)
     columns = samples.stacked()
     joint_force, joint_mode = columns.pop("joint_force"), columns.pop("joint_mode")
+    compliance = Compliance(columns.pop("compliant_force"), columns.pop("compliant_mode"), driven.compliant_switches)
     rows = physics.friction_coordinates
     joints = JointFriction(rows, physics.dry_friction[rows], joint_force, joint_mode, driven.joint_switches)
     sizes = (len(driven.configuration), len(driven.velocity), n_u, len(physics.friction))
@@ -62,6 +64,7 @@ def driven_motion(
         theta_sum_error=0.0,
         between=stacked_elements(samples.between, sizes),
         joints=joints if rows.size else None,
+        compliance=compliance if physics.compliant else None,
     )
 
 
@@ -87,6 +90,7 @@ class _Samples:
             piece.contacts.joints,
             piece.contacts.headings,
             piece.contacts.joint_headings,
+            piece.contacts.compliant,
         )
         start = hit.configuration, hit.before
         self._append(hit.time, *start, flying, piece.interval, piece.control, np.nan * hit.before, 0.0)
@@ -153,5 +157,7 @@ class _Samples:
                 "mode": np.array([mode.without_direction for mode in contacts.modes], dtype=object),
                 "joint_force": dynamics.joint_force(stacked_rows(force)),
                 "joint_mode": np.array([mode.without_direction for mode in contacts.joints], dtype=object),
+                "compliant_force": self._physics.compliant_forces(q, v),
+                "compliant_mode": np.array(contacts.compliant, dtype=object),
             }
         )

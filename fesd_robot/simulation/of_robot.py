@@ -90,7 +90,7 @@ def simulate_robot(what: Task | Plan, controls: Controls | None = None, *, durat
         statistics=_statistics(built - begin, time.perf_counter() - built),
     )
     summary = SimulationSummary(
-        events=len(driven.switches) + len(driven.joint_switches),
+        events=len(driven.switches) + len(driven.joint_switches) + len(driven.compliant_switches),
         impacts=len(driven.hits),
         steps=len(driven.pieces),
         notes=[SimulationNote(time=at, message=_NOT_UNIQUE[note]) for note, at in driven.notes.items()],
@@ -126,7 +126,8 @@ def _start(motion: MotionProblem, plan: Plan | None) -> tuple[np.ndarray, np.nda
 
 def _status(driven: SimulatedMotion, physical: PhysicalMotion, physics: NumericPhysics, audit: Audit) -> Status:
     gaps = np.array([physics.gaps(q) for q in physical.configuration])
-    normal, events = physical.force[:, :, 0], len(driven.switches) + len(driven.joint_switches)
+    normal = physical.force[:, :, 0]
+    events = sum(map(len, (driven.switches, driven.joint_switches, driven.compliant_switches)))
     unique = "the only motion there is" if not driven.notes else "not the only motion there is"
     broken = f"; what the task asks of a motion is missed in {_entries(audit)}" if audit.violations else ""
     return Status(

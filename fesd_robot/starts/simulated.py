@@ -122,7 +122,7 @@ class _Known:
         times = piece.start + (piece.end - piece.start) * np.append(0.0, self._fractions)
         states = np.array([self._state(time, *piece.state(time), touching) for time in times])
         self._add(states, force, piece.control, piece.end - piece.start, elements)
-        factors.append(self._of_modes(modes))
+        factors.append(self._of_modes(modes, piece.contacts.compliant))
 
     def _add_impact(self, hit: Hit, elements: list[Element], factors: list[_Factors]) -> None:
         impulse, a_n = hit.impact.impulse, self.motion.auxiliary_force
@@ -141,7 +141,8 @@ class _Known:
             len(part), self.physics.rows, -1
         )
         tangential = rows[:, 1] if self.physics.rows == 2 else np.linalg.norm(rows[:, 1:], axis=1)
-        factors.append(self._of_impact(part, tangential))
+        compliant = self.driven.pieces[max(min(hit.pieces, len(self.driven.pieces)) - 1, 0)].contacts.compliant
+        factors.append(self._of_impact(part, tangential, compliant))
 
     def _add(
         self, states: np.ndarray, force: np.ndarray, control: np.ndarray, length: float, elements: list[Element]
@@ -159,21 +160,23 @@ class _Known:
     def _clock(self) -> int:
         return len(self.motion.robot.configuration_names) + len(self.motion.robot.velocity_names)
 
-    def _of_modes(self, modes: Modes) -> _Factors:
+    def _of_modes(self, modes: Modes, compliant: Modes) -> _Factors:
         """Return the active factors while the clock runs."""
-        return factors_of(self._conditions, self._by_name(modes))
+        return factors_of(self._conditions, {**self._by_name(modes), **self._compliant(compliant)})
 
-    def _of_impact(self, part: np.ndarray, tangential: np.ndarray) -> _Factors:
+    def _of_impact(self, part: np.ndarray, tangential: np.ndarray, compliant: Modes) -> _Factors:
         """Return the active factors of an impact.
 
         Args:
             part: contacts that take part in it, (n_c) of bool.
             tangential: their velocities at the points of the element, in space the speeds, m/s, (n_c, points).
+            compliant: modes of the compliant contacts, (n_s).
         """
         during, after = (
             self._by_name(
                 [_hit(velocity) if on else ContactMode.FLIGHT for on, velocity in zip(part, own, strict=True)]
             )
+            | self._compliant(compliant)
             for own in (tangential.mean(axis=1), tangential[:, -1])
         )
         return tuple(
@@ -184,6 +187,9 @@ class _Known:
 
     def _by_name(self, modes: Sequence[ContactMode]) -> dict[str, ContactMode]:
         return dict(zip((contact.name for contact in self.motion.contacts), modes, strict=True))
+
+    def _compliant(self, modes: Modes) -> dict[str, ContactMode]:
+        return dict(zip((contact.name for contact in self.motion.compliant), modes, strict=True))
 
 
 def _hit(velocity: float) -> ContactMode:

@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 
 from fesd_robot.errors import FesdRobotError
-from fesd_robot.planning.planner import plan
+from fesd_robot.planning.planner import continued, plan
 from fesd_robot.plans import PAGE_FILE, Plan, write_into
-from fesd_robot.plans.results_folder import PLAN_FILE
 from fesd_robot.render import write_page
 from fesd_robot.running import Deadline, held_deadline, held_to
 from fesd_robot.sweeps.order import Answer, Order, Start, Verdict
 from fesd_robot.sweeps.scales import with_scales
 from fesd_robot.task import Task, load_task
 
-CONTINUED = ("solver.effort=quick", "solver.retries=0")
+CONTINUED = ("solver.effort=quick",)
 """Settings of a plan that begins from another one: it keeps that one's sequence of contacts."""
 
 CONTINUED_SHARE = 0.5
@@ -41,13 +40,13 @@ def planned(order: Order, task_file: Path, measure: Callable[[Plan], Mapping[str
     task = load_task(task_file, overrides)
     limits = [seconds for seconds in (order.limits.seconds, task.solver.time_limit) if seconds is not None]
     with held_to(Deadline(min(limits, default=None), clock.spent)):
-        begun = _begun_from(order.start, task_file, overrides) if order.start else None
-        kept = begun is not None and _keeps_the_sequence(begun)
-        alone = None if kept else plan(task)
-    result = begun if begun and (alone is None or (begun.status.solved and not alone.status.solved)) else alone
-    assert result is not None
+        taken = list[int]()
+        begun = _begun_from(order.start, task_file, overrides, taken) if order.start else None
+        result = begun or plan(task)
     verdict = Verdict.SOLVED if result.status.solved else Verdict.NOT_SOLVED
-    values = values_of(result) | _counted(order.start, begun, alone, result)
+    values = values_of(result)
+    if order.start is not None:
+        values |= _begun_in_vain(order.start, values, sum(taken)) if begun is None else {"start": order.start.number}
     if measure is not None:
         values |= measure(result)
     wanted = order.keep == "all" or (result.status.solved and order.keep != "none")
@@ -57,49 +56,38 @@ def planned(order: Order, task_file: Path, measure: Callable[[Plan], Mapping[str
     return Answer(order.number, verdict, values, result.status.message, files=files)
 
 
-def _begun_from(start: Start, task_file: Path, overrides: Sequence[str]) -> Plan | None:
+def _begun_from(start: Start, task_file: Path, overrides: Sequence[str], taken: list[int]) -> Plan | None:
     """Return the plan that begins from another row's, in half of the time that is left, so that its task has the rest.
 
-    Returns:
-        None where that plan cannot be begun from.
-    """
-    held = held_deadline()
-    with held_to(held.share(CONTINUED_SHARE) if held else Deadline()):
-        return _continued(start, load_task(task_file, [*overrides, *CONTINUED]), task_file.parent)
-
-
-def _counted(start: Start | None, begun: Plan | None, alone: Plan | None, result: Plan) -> dict[str, Any]:
-    """Return the columns that say from which row a plan begins, or began in vain, and what both plans took."""
-    if start is None:
-        return {}
-    both = [values_of(each)["iterations"] for each in (begun, alone) if each is not None]
-    from_start = {"start": start.number} if result is begun else {"abandoned": start.number}
-    return {**from_start, "iterations": sum(both), "abandoned_iterations": None if result is begun else sum(both[:-1])}
-
-
-def _continued(start: Start, task: Task, folder: Path) -> Plan | None:
-    """Return the plan of a task that begins from another row's, None where that cannot be.
-
     Args:
-        start: the other plan.
-        task: with the settings of such a plan.
-        folder: of its file, where the other plan is put meanwhile.
+        start: the other row.
+        task_file, overrides: the task.
+        taken: gets the iterations that it takes.
+
+    Returns:
+        None where that plan's sequence of contacts leads to no motion.
     """
-    with tempfile.TemporaryDirectory(dir=folder) as place:
-        (Path(place) / PLAN_FILE).write_bytes(start.plan)
-        solver = task.solver.model_copy(update={"warm_start": Path(place).name})
+    held, task = held_deadline(), load_task(task_file, [*overrides, *CONTINUED])
+    with held_to(held.share(CONTINUED_SHARE) if held else Deadline()):
         try:
-            result = plan(task.model_copy(update={"solver": solver}).with_origins(task.origins))
+            result = continued(
+                task, Plan.model_validate_json(start.plan), progress=lambda nlp: taken.append(nlp.iterations)
+            )
         except FesdRobotError:
             return None  # with the task alone it is found out what is wrong
+    if result is None:
+        return None
     told = {**result.task, "solver": {**result.task["solver"], "warm_start": start.place}}
     return result.model_copy(update={"task": told})
 
 
-def _keeps_the_sequence(result: Plan) -> bool:
-    """Return whether a plan is solved, and with the sequence of the plan that it begins from: no other was tried."""
-    search = result.statistics.search
-    return result.status.solved and not (search and search.sequences)
+def _begun_in_vain(start: Start, values: Mapping[str, Any], abandoned: int) -> dict[str, Any]:
+    """Return the columns that say from which row a plan began in vain, and with what all of its iterations are."""
+    return {
+        "abandoned": start.number,
+        "abandoned_iterations": abandoned,
+        "iterations": values["iterations"] + abandoned,
+    }
 
 
 def values_of(result: Plan) -> dict[str, Any]:

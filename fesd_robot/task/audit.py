@@ -45,6 +45,7 @@ class AuditLimits(Section):
     max_force_at_opening: Positive | None = _limit("N")
     max_joint_friction_violation: Positive | None = _limit("N or N m")
     max_joint_slide_violation: Positive | None = _limit("m/s or rad/s")
+    max_compliant_force_error: Positive | None = _limit("N")
     max_quaternion_norm_error: Positive | None = _limit("")
     max_impact_energy_gain: Positive | None = _limit("J")
     max_simultaneous_control: Positive | None = _limit("N or N m")

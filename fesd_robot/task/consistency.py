@@ -45,6 +45,7 @@ def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
             "another type, or contacts"
         )  # fmt: skip
     yield from _waypoints(task)
+    yield from _compliance(task)
     for name, constraint in task.constraints.items():
         if isinstance(constraint, ContactWindow):
             for time in constraint.times:
@@ -57,6 +58,34 @@ def consistency_errors(task: Task) -> Iterator[PydanticCustomError]:
             "found limits of the speed of time, which is 1 with a fixed horizon.duration and method.contact: impulses; "
             "expected no such key",
         )
+
+
+def _compliance(task: Task) -> Iterator[PydanticCustomError]:
+    """Yield an error about everything that asks of a compliant contact what only a rigid one does."""
+    compliant = {name for name, contact in task.contacts.items() if contact.stiffness is not None}
+    for name in task.contacts:
+        own = task.contacts[name]
+        if name in compliant and own.slipping not in ("allowed", "auto"):
+            yield conflict(
+                ("contacts", name, "slipping"),
+                f"found '{own.slipping}' for a contact with stiffness, which has no friction, expected no such key",
+            )
+        if name in compliant and own.reserve:
+            yield conflict(
+                ("contacts", name, "reserve"),
+                f"found {own.reserve:g} for a contact with stiffness, which has no friction, expected no such key",
+            )
+    rigid = "expected a contact without stiffness, which a gap of zero holds"
+    for at, section in task.states:
+        standing = section.standing
+        for contact in standing.contacts if standing else ():
+            if contact in compliant:
+                yield conflict((*at, "stand_on"), f"found '{contact}', a contact with stiffness, {rigid}")
+    for name, constraint in task.constraints.items():
+        own_contacts = getattr(constraint, "contacts", [getattr(constraint, "contact", None)])
+        for contact in own_contacts:
+            if contact in compliant:
+                yield conflict(("constraints", name), f"found '{contact}', a contact with stiffness, {rigid}")
 
 
 def coarser_intervals(task: Task) -> int | None:

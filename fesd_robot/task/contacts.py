@@ -34,6 +34,11 @@ _AUTOMATIC = (
     " auto: forbidden on the ground where the reference is a sequence of jumps and there is friction, else allowed."
 )
 _RESERVE = "Part of its cone of friction that it leaves unused where it sticks; default: reserve.friction."
+_STIFFNESS = (
+    "Stiffness of a contact that gives way, N/m: its force is max(0, -stiffness gap - damping times the rate of the "
+    "gap), without friction, impact or jump of a velocity; default: the contact is rigid."
+)
+_DAMPING = "Damping of a contact with stiffness, N s/m."
 _SURFACE = f"Surface that it touches: {GROUND}, the name of a wall in ground.walls, or a name in surfaces."
 
 
@@ -74,7 +79,21 @@ Size = Annotated[
 """Lengths of a box in the x-z plane, or in space along all three axes, m."""
 
 
-class PlacedContact(Section):
+class _Compliance(Section):
+    """What a contact may be that gives way."""
+
+    @model_validator(mode="after")
+    def _compliance(self) -> _Compliance:
+        damping = getattr(self, "damping", None)
+        if damping is not None and getattr(self, "stiffness", None) is None:
+            raise conflict(
+                ("damping",),
+                f"found {damping:g} for a rigid contact, expected stiffness (N/m) beside it, or no such key",
+            )
+        return self
+
+
+class PlacedContact(_Compliance):
     """A contact at a place on a frame."""
 
     frame: Name
@@ -98,6 +117,8 @@ class PointContact(PlacedContact):
     restitution: Ratio | None = Field(default=None, description=_RESTITUTION)
     slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)
     reserve: Reserved | None = Field(default=None, description=_RESERVE)
+    stiffness: Positive | None = Field(default=None, description=_STIFFNESS)
+    damping: NonNegative | None = Field(default=None, description=_DAMPING)
 
 
 class CircleContact(PlacedContact):
@@ -111,9 +132,11 @@ class CircleContact(PlacedContact):
     restitution: Ratio | None = Field(default=None, description=_RESTITUTION)
     slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
     reserve: Reserved | None = Field(default=None, description=_RESERVE)
+    stiffness: Positive | None = Field(default=None, description=_STIFFNESS)
+    damping: NonNegative | None = Field(default=None, description=_DAMPING)
 
 
-class BodyContact(Section):
+class BodyContact(_Compliance):
     """All points and circles of a body's collision shapes that may touch; the program makes a contact of each."""
 
     type: Literal["body"] = Field(default="body", description="Shape of the contact: that of the body.")
@@ -131,9 +154,11 @@ class BodyContact(Section):
     restitution: Ratio | None = Field(default=None, description=_RESTITUTION)
     slipping: Slipping = Field(default="auto", description=_SLIPPING + _AUTOMATIC)
     reserve: Reserved | None = Field(default=None, description=_RESERVE)
+    stiffness: Positive | None = Field(default=None, description=_STIFFNESS)
+    damping: NonNegative | None = Field(default=None, description=_DAMPING)
 
 
-class TwoBodyContact(Section):
+class TwoBodyContact(_Compliance):
     """A circle in the x-z plane, in space a ball, and something on another body that may touch, and roll or slide."""
 
     frame: Name = Field(description="Name of the frame about whose origin the first circle lies; it turns with it.")
@@ -146,6 +171,8 @@ class TwoBodyContact(Section):
     restitution: Ratio | None = Field(default=None, description=f"{RESTITUTION} Default: the ground's.")
     slipping: Slipping = Field(default="allowed", description=_SLIPPING + _AUTOMATIC)
     reserve: Reserved | None = Field(default=None, description=_RESERVE)
+    stiffness: Positive | None = Field(default=None, description=_STIFFNESS)
+    damping: NonNegative | None = Field(default=None, description=_DAMPING)
     facing: Literal["x", "-x", "y", "-y", "z", "-z"] | None = Field(
         default=None,
         description="In space: the axis of the world whose tangents those of the contact are, turned with the normal "

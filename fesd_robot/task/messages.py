@@ -98,8 +98,6 @@ def _problem(detail: ErrorDetails, model: type[BaseModel]) -> tuple[KeyPath, str
 
 
 _NOT_THERE = {
-    "stiffness": "a compliant contact, expected no such key: contacts are rigid",
-    "damping": "a compliant contact, expected no such key: contacts are rigid, with restitution",
     "rolling_friction": "rolling friction, expected no such key: a joint that turns may have dry_friction instead",
     "torsional_friction": "friction about the normal of a contact, expected no such key: a body on a table may have a "
     "limit_surface instead",

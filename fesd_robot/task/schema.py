@@ -130,6 +130,16 @@ class Task(Section):
         """The contacts by name, without those of bodies, which are places before a task becomes a problem."""
         return {name: one for name, one in self.contacts.items() if not isinstance(one, BodyContact)}
 
+    @property
+    def rigid_contacts(self) -> dict[str, SingleContact]:
+        """The contacts by name that do not give way."""
+        return {name: one for name, one in self.single_contacts.items() if one.stiffness is None}
+
+    @property
+    def compliant_contacts(self) -> dict[str, SingleContact]:
+        """The contacts by name that give way, those with a stiffness."""
+        return {name: one for name, one in self.single_contacts.items() if one.stiffness is not None}
+
     def inside(self, surface: str) -> str:
         """Return where a point is whose distance from a surface is negative, as the end of a sentence."""
         if surface == GROUND:

@@ -56,7 +56,8 @@ class ModeDynamics:
 
         M a = B u - h + J^T f,   J a + J' v = 0,   f_t = -mu f_n J_t v / |J_t v| where a contact slides,
 
-    is differentiated by q, v and u with a and f given. The derivatives are those of the planner's own expressions of
+    is differentiated by q, v and u with a and f given. The forces of compliant contacts are a part of -h: they are
+    continuous, so that nothing jumps where they begin. The derivatives are those of the planner's own expressions of
     the robot, so that circles, two bodies and grounds of every kind are included.
 
     Args:
@@ -67,7 +68,8 @@ class ModeDynamics:
         dynamics = motion.dynamics
         self._q, self._v, self._u = dynamics.configuration, dynamics.velocity, dynamics.control
         self._tangent = ca.jacobian(dynamics.configuration_derivative, self._v)
-        self._mass, self._force = dynamics.mass_matrix, dynamics.force
+        pushes = [one.contact.normal * ca.fmax(-one.relief(self._v), 0) for one in motion.compliant]
+        self._mass, self._force = dynamics.mass_matrix, sum(pushes, dynamics.force)
         self._rate = dynamics.configuration_derivative
         rows = [row for contact in motion.contacts for row in (contact.normal, *contact.directions)]
         self._jacobian = ca.horzcat(ca.SX(self._v.numel(), 0), *rows).T

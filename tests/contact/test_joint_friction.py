@@ -12,6 +12,7 @@ import pytest
 
 from fesd_robot.complementarity import Branch
 from fesd_robot.contact import (
+    CompliantContact,
     Contact,
     ContactMode,
     ContactOptions,
@@ -65,10 +66,12 @@ def driven(
     control: Sequence[float],
     duration: float,
     elements: int = 3,
+    compliant: Sequence[CompliantContact] = (),
+    stages: int = 2,
 ) -> tuple[PhysicalMotion, Branch, list[Element]]:
     """Return the motion that the planner finds from a state (q, v) under a constant control, of one interval."""
     options, end = ContactOptions(auxiliary_force=AUXILIARY_FORCE), ca.SX.sym("end")
-    system = contact_system(dynamics, contacts, options, end)
+    system = contact_system(dynamics, contacts, options, end, compliant)
     clock, n = len(start), system.system.state.numel()
     gap = ca.Function("gap", [dynamics.configuration], [ca.vertcat(*[contact.gap for contact in contacts])])
     x0 = np.concatenate([start, [0.0], np.asarray(gap(start[: clock // 2])).ravel()])
@@ -92,20 +95,20 @@ def driven(
         interval_end=system.system.state[clock] - end,
         interval_end_names=("clock",),
     )
-    transcription = _transcription(ocp, elements)
-    polisher = BranchTranscription(transcription)
+    transcription = _transcription(ocp, elements, stages)
+    polisher, tableau = BranchTranscription(transcription), transcription.options.tableau
     solution = solve(transcription.problem, Run(HomotopyOptions(compile="never")), polisher=polisher)
     assert solution.exact and solution.branch is not None
     found = transcription.unpack(solution.w)
-    motion = recover(found, solution.branch, RADAU, dynamics, contacts, system, AUXILIARY_FORCE)
+    motion = recover(found, solution.branch, tableau, dynamics, contacts, system, AUXILIARY_FORCE, compliant)
     return motion, solution.branch, found
 
 
-def _transcription(ocp: OptimalControlProblem, elements: int) -> Transcription:
+def _transcription(ocp: OptimalControlProblem, elements: int, stages: int = 2) -> Transcription:
     return Transcription(
         ocp,
         FesdOptions(
-            tableau=RADAU,
+            tableau=make_tableau("radau_iia", stages),
             elements=elements,
             cross_complementarity="theta_sum",
             step_equilibration="none",

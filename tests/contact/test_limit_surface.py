@@ -180,12 +180,6 @@ def test_a_crate_breaks_away_as_gauss_says(tmp_path: Path, force: tuple[float, f
             "contacts.tip.torsional_friction",
             "limit_surface instead",
         ),
-        (
-            "contacts: {}",
-            "contacts: {tip: {frame: tip, stiffness: 200}}",
-            "contacts.tip.stiffness",
-            "contacts are rigid",
-        ),
     ],
 )
 def test_a_mistake_is_one_sentence(tmp_path: Path, old: str, new: str, key: str, fragment: str) -> None:

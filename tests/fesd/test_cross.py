@@ -22,15 +22,15 @@ PAIRS = [Complementarity(Label("pair", str(i)), ca.SX.sym("G"), ca.SX.sym("H")) 
 
 
 def _products(G: np.ndarray, H: np.ndarray, mode: CrossComplementarity) -> np.ndarray:
-    """G H of all pairs of an element; rows of the arguments are points."""
-    pairs = cross_pairs(PAIRS, [ca.SX(row) for row in G], [ca.SX(row) for row in H], mode)
+    """G H of all pairs of an element; rows are points, with no matter what for H at the left boundary."""
+    pairs = cross_pairs(PAIRS, [ca.SX(row) for row in G], [ca.SX(row) for row in [np.full(COMPONENTS, 7.0), *H]], mode)
     return np.array([float(ca.evalf(pair.G * pair.H)) for pair in pairs])
 
 
 @pytest.mark.parametrize(("mode", "pairs"), [("stage_stage", 6), ("lambda_sum", 2), ("theta_sum", 3), ("sum_sum", 1)])
 def test_number_of_pairs(mode: CrossComplementarity, pairs: int) -> None:
     """Two stages and the left boundary give 3 x 2, 2, 3 or 1 pairs a component, each with its place."""
-    element = cross_pairs(PAIRS, [ca.SX.sym("G", COMPONENTS)] * 3, [ca.SX.sym("H", COMPONENTS)] * 2, mode)
+    element = cross_pairs(PAIRS, [ca.SX.sym("G", COMPONENTS)] * 3, [ca.SX.sym("H", COMPONENTS)] * 3, mode)
     assert len(element) == pairs * COMPONENTS
     assert len({pair.label.place for pair in element}) == pairs
     assert len({str(pair.label) for pair in element}) == pairs * COMPONENTS
@@ -64,6 +64,18 @@ def test_same_set_on_every_pattern() -> None:
         G, H = (np.tile(np.array(side)[:, None], COMPONENTS) for side in (pattern[:3], pattern[3:]))
         verdicts = {bool(_products(G, H, mode).max() > 0) for mode in MODES}
         assert verdicts == {bool(G.any() and H.any())}
+
+
+@pytest.mark.parametrize(("k", "j"), list(product(range(3), range(3))))
+def test_neither_side_of_a_continuous_pair_is_left_before_it_is_zero(k: int, j: int) -> None:
+    """G and H cannot both be positive in an element, at whichever points, its left boundary included."""
+    pair = Complementarity(Label("pair"), ca.SX.sym("G"), ca.SX.sym("H"), continuous=True)
+    G, H = np.zeros(3), np.zeros(3)
+    G[k], H[j] = 0.3, 0.2
+    for mode in MODES:
+        pairs = cross_pairs([pair], [ca.SX(value) for value in G], [ca.SX(value) for value in H], mode)
+        assert len({str(one.label) for one in pairs}) == len(pairs)
+        assert max(float(ca.evalf(one.G * one.H)) for one in pairs) == pytest.approx(0.06)
 
 
 def _vanishing(boundary_only: bool, with_complement: bool, mode: CrossComplementarity) -> ca.Function:

@@ -13,6 +13,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -22,6 +23,9 @@ from fesd_robot import load_task
 from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import HomotopyOptions, Mpcc, Run, solve
 from fesd_robot.mpcc.assembly import RelaxedNlp, assemble
+from fesd_robot.mpcc.block_derivatives import BlockDerivatives
+from fesd_robot.mpcc.blocks import _differentiated
+from fesd_robot.mpcc.problem import BlockEquations
 from fesd_robot.mpcc.relaxations import RELAXATIONS, scholtes
 from fesd_robot.mpcc.steering import Steering
 from fesd_robot.native import CompilationError
@@ -143,6 +147,27 @@ def test_a_block_with_another_number_is_not_compiled_again(empty_cache: Path) ->
     assert set(empty_cache.iterdir()) == files
 
 
+def test_compiled_derivatives_are_not_made_again(empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the cache knows is called without being made, with the same values; what is damaged is made anew."""
+    problem, again, third = _hopper(4), _hopper(4), _hopper(4)
+    assemble(problem, scholtes, "always")
+    plain, made = assemble(problem, scholtes, "never"), list[str]()
+
+    def counted(block: BlockEquations, *others: Any, **named: Any) -> BlockDerivatives:
+        made.append(block.name)
+        return _differentiated(block, *others, **named)
+
+    monkeypatch.setattr("fesd_robot.mpcc.blocks._differentiated", counted)
+    known = {file: file.read_bytes() for file in empty_cache.glob("derivatives-*.npz")}
+    compiled = assemble(again, scholtes, "always")
+    assert known and len(made) == len({id(block.equations) for block in again.blocks}) - len(known)
+    _assert_same(plain, compiled, problem.start + 0.1)
+    for file in known:
+        file.write_bytes(b"no derivatives")
+    _assert_same(plain, assemble(third, scholtes, "always"), problem.start + 0.1)
+    assert {file: file.read_bytes() for file in known} == known
+
+
 def test_another_goal_compiles_nothing(empty_cache: Path) -> None:
     """Another goal is another parameter of the same functions."""
     assemble(_hopper(4), scholtes, "always")
@@ -177,7 +202,7 @@ def test_the_build_grows_no_faster_than_the_horizon() -> None:
 
 def test_the_same_file_compiled_by_several_at_once(empty_cache: Path) -> None:
     """All threads get the same complete file, and nothing else is left."""
-    source = {"one": lambda: "int one(void) { return 1; }\n"}
+    source = {"one": lambda: lambda: "int one(void) { return 1; }\n"}
     with ThreadPoolExecutor(4) as pool:
         made = [job.result() for job in [pool.submit(shared_libraries, "one", source, []) for _ in range(4)]]
     assert len({file for files in made for file in files}) == 1
@@ -234,7 +259,7 @@ def test_a_program_that_ends_leaves_nothing_half_compiled(empty_cache: Path) -> 
         "import time\n"
         "from fesd_robot.native.compiler import shared_libraries, NotCompiledYet\n"
         "text = 'int f(int x) { return ' + ' + '.join(['x * x'] * 300000) + '; }'\n"
-        "try:\n    shared_libraries('long', {'long': lambda: text}, ['-O3'], wait=False)\n"
+        "try:\n    shared_libraries('long', {'long': lambda: lambda: text}, ['-O3'], wait=False)\n"
         "except NotCompiledYet:\n    time.sleep(0.3)\n"
     )
     begin = time.monotonic()

@@ -124,7 +124,7 @@ def test_circles_have_offsets_too(write: Write) -> None:
     [
         (("body: sole", "body: soul"), 5, "contacts.foot.body", "did you mean 'sole'"),
         (("body: sole", "body: leg"), 5, "contacts.foot.body", "without collision shapes, expected one of sole, trunk"),
-        (("body: sole", "body: sole, radius: 0.1"), 5, "contacts.foot.radius", "valid: body, friction"),
+        (("body: sole", "body: sole, radius: 0.1"), 5, "contacts.foot.radius", "valid: body, damping, friction"),
         (("stand_on: [foot]", "stand_on: [foto]"), 7, "initial.stand_on.0", "did you mean 'foot'"),
         (("{body: sole}", "{body: sole}\n  foot_2: {frame: leg}"), 6, "contacts.foot_2", "one of the places of 'foot'"),
     ],

@@ -6,13 +6,17 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from fesd_robot.fesd import Transcription
 from fesd_robot.mpcc import NlpReport
+from fesd_robot.ocp import MotionProblem
 from fesd_robot.ocp.solver_options import homotopy_options
 from fesd_robot.phases import SequenceSearch
+from fesd_robot.planning.chain import Chain
 from fesd_robot.planning.planner import plan
 from fesd_robot.plans import Plan, read_plan, write_plan
 from fesd_robot.plans.audit_record import ENTRIES
@@ -210,3 +214,19 @@ def test_the_start_touches_the_ground(load_short: Callable[..., Task]) -> None:
     assert abs(lifted.contacts["foot"].gap[0]) <= 1e-9
     start = {name: values[0] for name, values in lifted.trajectory.configuration.items()}
     assert start["root_z"] == pytest.approx(0.500006, abs=7e-6)
+
+
+def test_a_grid_that_stands_still_is_searched_once(
+    load_short: Callable[..., Task], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where no sequence leads to a motion, the end of the search on the task's own grid is not looked for again."""
+    first, calls = Chain._first, list[int]()
+
+    def counted(chain: Chain, motion: MotionProblem, transcription: Transcription) -> Any:
+        calls.append(transcription.problem.size)
+        return first(chain, motion, transcription)
+
+    monkeypatch.setattr(Chain, "_first", counted)
+    made = plan(load_short("goal.configuration.root_x=0.9", "goal.soft=false", "solver.retries=0"))
+    assert not made.status.solved and len(calls) == 1
+    assert made.statistics.iterations > 0 and made.statistics.variables == calls[0]

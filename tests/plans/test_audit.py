@@ -380,11 +380,12 @@ def test_each_fault_is_seen_by_its_entry_alone(fault: str, physics: NumericPhysi
 def test_every_entry_has_a_fault() -> None:
     """No entry of the audit is left without a fault that it must see.
 
-    The hopper has no improper slide, a rod has, no dry friction in its joints, a pendulum has, and no quaternion.
+    The hopper has no improper slide, a rod has, no dry friction in its joints, a pendulum has, no quaternion or spring.
     """
     seen = set().union(*(entries for _, _, entries, _ in FAULTS.values()))
     joints = {"max_joint_friction_violation", "max_joint_slide_violation"}  # in tests/plans/test_joint_friction.py
-    elsewhere = {"max_quaternion_norm_error", *joints}  # in tests/plans/test_orientations.py
+    springs = {"max_compliant_force_error"}  # in tests/contact/test_compliance.py
+    elsewhere = {"max_quaternion_norm_error", *joints, *springs}  # in tests/plans/test_orientations.py
     assert seen == set(ENTRIES) - {"max_improper_slide_time", *elsewhere}
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fesd_robot import plan, read_plan, render_plan
+from fesd_robot.planning.planner import continued
 from fesd_robot.plans.checkout import checked_out_commit
 from fesd_robot.sweeps import Order, SweepSettings, SweepTable, Verdict, load_sweep, swept, write_dataset
 from fesd_robot.sweeps.order import Start
@@ -90,8 +92,12 @@ def test_a_plan_that_leads_nowhere_is_abandoned(table: SweepTable) -> None:
 
 
 def test_both_plans_count(table: SweepTable, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the motion from another row is not the one that is kept, iterations are those of both."""
-    monkeypatch.setattr("fesd_robot.sweeps.planned._keeps_the_sequence", lambda result: False)
+    """Where the motion from another row is not solved, iterations are those of both."""
+
+    def in_vain(*arguments: Any, **named: Any) -> None:
+        assert continued(*arguments, **named) is not None
+
+    monkeypatch.setattr("fesd_robot.sweeps.planned.continued", in_vain)
     near = (table.folder / table.columns["plan"][0] / "plan.json").read_bytes()
     overrides = as_overrides({**FIXED, "goal.configuration.root_x": 0.12})
     values = planned(Order(1, overrides, start=Start(0, near, "elsewhere")), ONE_JUMP).values

@@ -99,8 +99,9 @@ class ContactConditions:
             after: the active set after the impact, with a force.
             state, algebraic: before the impact, (n_x) and (n_z).
         """
-        if self.conditions.jumps:
-            return [[]]  # an impact is an impulse where the contact begins
+        rigid = any(self.conditions.members[i].condition.complement is not None for i in self.members)
+        if self.conditions.jumps or not rigid:
+            return [[]]  # an impact is an impulse where the contact begins, and a compliant contact has none
         values = np.asarray(self.conditions.values(state, algebraic)).ravel()
         own = [self.conditions.members[i] for i in self.members]
         parts = self.parts

@@ -266,10 +266,15 @@ class BoundsBuilder:
             self._clamp(quantity, point, member.direction, one_side=factor is ActiveFactor.G)
 
     def _with_H(self, e: int, member: ConditionFactors, left: PointIndices | None = None) -> list[PointIndices]:
-        """Points at which H is part of a condition; a pair also has one at the start and at an own right end."""
+        """Points at which H is part of a condition; a pair also has one at the start and at an own right end.
+
+        One whose sides are continuous has one at the left boundary of every element.
+        """
         points = self._elements[e].points
         if member.condition.vanishing:
             return points[: self._stages]
+        if member.condition.continuous and left is not None:
+            return [left, *points]
         return [self._start, *points] if left is self._start else points
 
     def _remove(self, e: int, factors: tuple[ActiveFactor, ...], following: tuple[ActiveFactor, ...]) -> None:

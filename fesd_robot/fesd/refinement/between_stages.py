@@ -78,7 +78,8 @@ def violated_between_stages(motion: BranchMotion) -> list[Violated]:
     fractions = np.linspace(0, 1, BETWEEN + 1)
     of_states, of_stages = lagrange(tableau.nodes, fractions), lagrange(tableau.c, fractions)
     n_x = ocp.system.state.numel()
-    multipliers = sorted({v for one in conditions.members for v in conditions.variables(one.H) if v >= n_x})
+    signed = {one.H for one in conditions.members} | {one.G for one in conditions.members if one.condition.continuous}
+    multipliers = sorted({v for one in signed for v in conditions.variables(one) if v >= n_x})
     gaps = {one.invariant_state: at for at, one in enumerate(conditions.members) if one.invariant_state is not None}
     products = _products_among(multipliers, ocp.system)
     simple = [i for i in multipliers if all(i != one.variable for one in products)]

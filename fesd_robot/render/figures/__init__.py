@@ -19,7 +19,7 @@ from fesd_robot.errors import DimensionError
 from fesd_robot.plans import ANIMATION_FILE, Plan
 from fesd_robot.render.figures.animation import animation
 from fesd_robot.render.figures.background import phases_of
-from fesd_robot.render.figures.contacts import cones_figure, contacts_figure, timeline_figure
+from fesd_robot.render.figures.contacts import cones_figure, contacts_figure, rigid_contacts, timeline_figure
 from fesd_robot.render.figures.coordinates import controls_figure, coordinates_figure
 from fesd_robot.render.figures.energy import center_of_mass_figure, energy_figure
 from fesd_robot.render.figures.look import DPI, Look
@@ -93,7 +93,8 @@ def build_figures(plan: Plan, robot: RobotMotion | None = None, look: Look | Non
         figures["controls"] = controls_figure(plan, _title(plan, "controls"), phases, look, robot)
     if plan.contacts:
         figures["contacts"] = contacts_figure(plan, _title(plan, "contacts"), phases, look)
-        figures["friction_cones"] = cones_figure(plan, _title(plan, "forces in their friction cones"), look)
+        if rigid_contacts(plan):
+            figures["friction_cones"] = cones_figure(plan, _title(plan, "forces in their friction cones"), look)
         figures["contact_timeline"] = timeline_figure(plan, _title(plan, "contact timeline"), look)
     if robot is not None and plan.controls:
         figures["energy"] = energy_figure(robot, _title(plan, "power and energy"), phases, look)

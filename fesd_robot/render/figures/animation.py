@@ -87,7 +87,15 @@ def animation(robot: RobotMotion, title: str) -> bytes:
 def _palette(frames: Sequence[Image.Image]) -> Image.Image:
     """Return the colours for all frames: those of some of them, and of signs and arrows that are in others."""
     width, height = frames[0].size
-    colors = ["#ffffff", GREEN, MODES[ContactMode.STICK], MODES[ContactMode.SLIP], MODES[ContactMode.IMPACT], *SERIES]
+    colors = [
+        "#ffffff",
+        GREEN,
+        MODES[ContactMode.STICK],
+        MODES[ContactMode.SLIP],
+        MODES[ContactMode.IMPACT],
+        MODES[ContactMode.TOUCH],
+        *SERIES,
+    ]
     together = Image.new("RGB", (width, height * len(frames) + SWATCH * len(colors)), "white")
     for number, frame in enumerate(frames):
         together.paste(frame, (0, number * height))

@@ -17,7 +17,12 @@ from fesd_robot.plans import Plan
 from fesd_robot.render.palette import GREY, MODES
 from fesd_robot.render.timeline import ModeSpan, mode_spans
 
-SHADE = {ContactMode.FLIGHT: "#f6f7f8", ContactMode.STICK: "#d3e5f1", ContactMode.SLIP: "#fbe8c2"}
+SHADE = {
+    ContactMode.FLIGHT: "#f6f7f8",
+    ContactMode.STICK: "#d3e5f1",
+    ContactMode.SLIP: "#fbe8c2",
+    ContactMode.TOUCH: "#f3dfea",
+}
 """Mode -> colour behind a curve: those of the timeline, paler."""
 
 

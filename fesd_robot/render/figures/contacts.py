@@ -106,9 +106,15 @@ def stages_of(plan: Plan) -> int:
     return (statistics.stages if statistics is not None else None) or 1
 
 
+def rigid_contacts(plan: Plan) -> list[str]:
+    """Return the names of the contacts that are not compliant, which have friction."""
+    contacts = _section(plan.task, "contacts")
+    return [name for name in plan.contacts if not _section(contacts, name).get("stiffness")]
+
+
 def cones_figure(plan: Plan, title: str, look: Look) -> Figure:
-    """Return tangential against normal force of every contact, in the colours of its modes, with the friction cone."""
-    names = list(plan.contacts)
+    """Return tangential against normal force of rigid contacts, in the colours of their modes, with friction cones."""
+    names = rigid_contacts(plan)
     columns = min(len(names), 2 if look.narrow else 4)
     crowded = columns * 1.78 > look.inches
     rows = math.ceil(len(names) / columns)
@@ -185,13 +191,12 @@ def timeline_figure(plan: Plan, title: str, look: Look) -> Figure:
     panel.tick_params(axis="y", length=0, labelsize=TEXT)
     longest = max(len(name) for name in names)
     figure.subplots_adjust(left=min(0.15 + 0.068 * longest, 0.4 * look.inches) / look.inches)
-    handles: list[Patch | Line2D] = [
-        Patch(facecolor=MODES[mode]) for mode in (ContactMode.FLIGHT, ContactMode.STICK, ContactMode.SLIP)
-    ]
+    shown = [ContactMode.FLIGHT, ContactMode.STICK, ContactMode.SLIP]
+    shown += [ContactMode.TOUCH] if any(ContactMode.TOUCH in own for own in modes.values()) else []
+    handles: list[Patch | Line2D] = [Patch(facecolor=MODES[mode]) for mode in shown]
     handles.append(Line2D([], [], color=MODES[ContactMode.IMPACT], linewidth=1.8))
-    add_legend(
-        figure, handles, ["flight", "stick", "slip", "impact, N s" if look.narrow else "impact with its impulse (N s)"]
-    )
+    impact = "impact, N s" if look.narrow else "impact with its impulse (N s)"
+    add_legend(figure, handles, [*map(str, shown), impact])
     return figure
 
 

@@ -67,13 +67,13 @@ def snapshot_legend(robot: RobotMotion, samples: Sequence[int]) -> tuple[list[Ar
     seen = {contact.mode[sample] for contact in robot.plan.contacts.values() for sample in samples}
     handles: list[Artist] = []
     labels: list[str] = []
-    for mode in (ContactMode.FLIGHT, ContactMode.STICK, ContactMode.SLIP, ContactMode.IMPACT):
+    for mode in (ContactMode.FLIGHT, ContactMode.STICK, ContactMode.SLIP, ContactMode.TOUCH, ContactMode.IMPACT):
         if mode in seen:
             handles.append(
                 Line2D([], [], linestyle="none", marker="o", markersize=4, color=_face(mode), markeredgecolor=BLACK)
             )
             labels.append(str(mode))
-    if {ContactMode.STICK, ContactMode.SLIP} & seen:
+    if {ContactMode.STICK, ContactMode.SLIP, ContactMode.TOUCH} & seen:
         handles.append(Line2D([], [], color=GREEN, linewidth=1.5))
         labels.append("contact force")
     handles.append(Line2D([], [], linestyle="none", marker="P", markersize=5, color=BLACK, markeredgecolor="white"))
