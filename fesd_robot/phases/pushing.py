@@ -193,7 +193,7 @@ class _Push:
             share = float(np.clip((time - begin) / length, 0, 1))
             part = share**2 * (3 - 2 * share)
             q[self._own] = self._arc.pose(part)
-            if time < begin:
+            if approach is not None and time < begin:
                 q[self._pushing] = [np.interp(time / begin, approach[:, 0], column) for column in approach[:, 1:].T]
             else:
                 q[self._pushing] = [np.interp(part, known[:, 0], column) for column in known[:, 1:].T]
