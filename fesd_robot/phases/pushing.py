@@ -185,7 +185,7 @@ class _Push:
         begin = 0.0 if self._touched else APPROACH * duration
         length = PUSHED * duration - begin
         known, n_q = self._along(place), len(self._start)
-        approach = self._approach(place) if begin else None
+        approach = self._approach(place) if begin else np.zeros((0, 1 + len(place)))
         usual = self.motion.ocp.state_guess
 
         def configuration(time: float) -> np.ndarray:
