@@ -33,6 +33,13 @@ def _without_warning() -> Iterator[None]:
         sys.stderr.write("".join(kept))
 
 
+def _iterations(statistics: Mapping[str, Any]) -> int:
+    """Return how many iterations a solver made; IPOPT's own number is any where it has not begun, as with more
+    equations than variables."""
+    begun = statistics["return_status"] not in ("Not_Enough_Degrees_Of_Freedom", "Invalid_Problem_Definition")
+    return int(statistics["iter_count"]) if begun else 0
+
+
 class IterationCallback(ca.Callback):
     """Called once an iteration; asks whether to end.
 
@@ -144,7 +151,7 @@ class CasadiSolver:
         return NlpResult(
             point=NlpPoint(*(np.asarray(result[key]).ravel() for key in ("x", "lam_x", "lam_g"))),
             status=ended[0] if ended else self._status_of(statistics["return_status"]),
-            iterations=int(statistics["iter_count"]),
+            iterations=_iterations(statistics),
             seconds=time.perf_counter() - begin,
         )
 

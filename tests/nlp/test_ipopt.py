@@ -77,3 +77,14 @@ def test_a_solve_at_its_solution_ends_at_once() -> None:
         numbers(nlp), found.point
     )
     assert again.converged and again.iterations <= 2
+
+
+def test_an_nlp_that_cannot_begin_takes_no_iterations() -> None:
+    """With more equations than variables IPOPT does not begin, and its own number of iterations is any."""
+    overdetermined = Mpcc.from_expressions(
+        w=W, f=ca.sumsqr(W), g=ca.vertcat(W[0] - 1, W[1] - 2, W[0] + W[1] - 4), start=START
+    )
+    nlp = assemble(overdetermined, relaxation_named("scholtes"), "never")
+    bounds = NlpNumbers(np.full(2, -np.inf), UPPER, nlp.lower, nlp.upper, np.zeros(2))
+    found = prepared(nlp.program, NlpSettings(FREE)).solve(bounds, NlpPoint.without_multipliers(START, 3))
+    assert found.status is not NlpStatus.CONVERGED and found.iterations == 0
