@@ -37,7 +37,7 @@ def touching_at_start(
     Args:
         exactly: whether gaps have to be zero but for rounding, where `closed_at_start` is not to follow.
     """
-    within = CLOSED if exactly else GAP_TOLERANCE
+    most = CLOSED if exactly else GAP_TOLERANCE
     start = endpoints.initial_configuration
     near = [
         contact
@@ -47,21 +47,22 @@ def touching_at_start(
     lengths_and_angles = [name for name in robot.configuration_names if name in robot.velocity_names]
     for adjust in ([name for name in lengths_and_angles if is_height(name)], lengths_and_angles):
         if near and adjust:
-            q, gaps = touching_configuration(robot, near, dynamics.configuration, adjust, start, limits, within)
-            if np.abs(gaps).max() <= within:
+            q, gaps = touching_configuration(robot, near, dynamics.configuration, adjust, start, limits, CLOSED)
+            if np.abs(gaps).max() <= most:
                 return replace(endpoints, initial_configuration=q)
     return endpoints
 
 
 def closed_at_start(contacts: Sequence[Contact], dynamics: MultibodyDynamics, endpoints: Endpoints) -> list[Contact]:
-    """Return the contacts, with gaps that are exactly zero at the start where they are at most `TOUCHING`.
+    """Return the contacts, with gaps that are zero at the start where they are at most `TOUCHING`.
 
-    A foot that stands half a micrometre above the ground because of rounding would have to land first, or to push from
-    a distance: no point fulfils such a complementarity exactly.
+    A foot that stands half a micrometre above the ground because its posture is written with so many digits would have
+    to land first, or to push from a distance: no point fulfils such a complementarity exactly. Rounding alone is left
+    to the gap's own state, which begins at zero, so that another start is the same equations.
     """
     gaps = np.asarray(gap_function(dynamics, contacts)(endpoints.initial_configuration)).ravel()
     return [
-        replace(contact, gap=contact.gap - gap) if 0 < abs(gap) <= TOUCHING else contact
+        replace(contact, gap=contact.gap - gap) if CLOSED < abs(gap) <= TOUCHING else contact
         for contact, gap in zip(contacts, gaps, strict=True)
     ]
 
