@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Literal
 
-from fesd_robot.errors import TaskError, nearest, nearest_file
+from fesd_robot.errors import TaskError, nearest
 
 TASKS, MODELS, SWEEPS = "tasks", "models", "sweeps"
 """Folders of the examples; tasks name models relative to their own."""
@@ -133,8 +134,10 @@ def _named(name: str, files: Mapping[str, Path], kind: str, which: str) -> Path:
     """Return the file of a kind that has a name."""
     if name in files:
         return files[name]
-    # The nearest file first: who writes a name without suffix has perhaps forgotten it.
-    hint = nearest_file(Path(name).with_suffix(_SUFFIX)) or nearest(name, files)
+    # Files of the user, too: who writes a name without suffix has perhaps forgotten it.
+    here = {file.stem: file.name for file in Path().glob(f"*{_SUFFIX}")}
+    close = get_close_matches(name, [*here, *files], n=1)
+    hint = f" (did you mean '{here.get(close[0], close[0])}'?)" if close else nearest(name, files)
     raise TaskError(f"found '{name}', expected a {kind} file or the name of a {kind} {which}{hint}")
 
 
