@@ -140,6 +140,7 @@ def render_page(path: str | os.PathLike[str], content: PageContent) -> Path:
     other = _ghost(content)
     ghost = other and sample_motion(other.model, other.visual_model, other.time, other.configuration)
     around = [corners(content.marks)] if content.marks else []
+    ground = ground.below([motion.box, *([ghost.box] if ghost else []), *paths.values(), *around])
     box = view_box([motion, *([ghost] if ghost else [])], [*paths.values(), *around], ground)
     floor = floor_below(box)
     if not visual_model.ngeoms:

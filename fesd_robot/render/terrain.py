@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from dataclasses import field as dataclass_field
 
 import coal
@@ -60,6 +61,10 @@ class SolidVisual:
         return np.asarray(signs * half @ self.pose[:3, :3].T + self.pose[:3, 3])
 
 
+UNTOUCHED_ROOM = 0.1
+"""Of the height of all that moves: how far below it a ground is drawn that nothing touches."""
+
+
 @dataclass(frozen=True)
 class GroundVisual:
     """A ground, and what else there is.
@@ -68,16 +73,26 @@ class GroundVisual:
         ground: its heights.
         walls: name -> wall.
         solids: name -> box or cylinder.
+        untouched: whether nothing falls on it or touches it, so that it is no more than a scale below what moves.
     """
 
     ground: Ground = dataclass_field(default_factory=Plane)
     walls: dict[str, WallVisual | FacingWallVisual] = dataclass_field(default_factory=dict)
     solids: dict[str, SolidVisual] = dataclass_field(default_factory=dict)
+    untouched: bool = False
 
     @property
     def varies_across(self) -> bool:
         """Whether it varies along y."""
         return self.ground.varies_across
+
+    def below(self, boxes: Iterable[np.ndarray]) -> GroundVisual:
+        """Return it where it is or, if it is untouched, below boxes and paths, m, (k, 3) each."""
+        heights = [box[:, 2] for box in boxes if len(box) and np.isfinite(box).all()]
+        if not self.untouched or not heights:
+            return self
+        low, high = (float(end(np.concatenate(heights))) for end in (np.min, np.max))
+        return replace(self, ground=Plane(low - UNTOUCHED_ROOM * (high - low)))
 
     def elevation(self, x: float, y: float = 0.0) -> float:
         """Return z of the ground at a place, all in m."""

@@ -251,3 +251,13 @@ def drawn_box(browser: Browser, name: str) -> np.ndarray:
         }})()"""
     )
     return np.array([np.min(points, axis=0), np.max(points, axis=0)])
+
+
+def test_a_ground_that_nothing_touches_is_below_all_that_moves() -> None:
+    """On a table, which lies in the plane of the motion, it is a scale below; under a foot it stays where it is."""
+    public = Path(__file__).parents[2] / "tasks" / "public"
+    boxes = [np.array([[-1.0, -0.1, -2.0], [1.0, 0.1, 0.5]]), np.array([[0.0, 0.0, -2.5]]), np.full((2, 3), np.inf)]
+    table = ground_visual(load_task(public / "impact_push_t.yaml")).below(boxes)
+    assert table.elevation(0.3) == pytest.approx(-2.5 - 0.1 * 3.0)
+    standing = ground_visual(load_task(public.parent / "hopper_one_jump.yaml"))
+    assert standing.below(boxes) is standing and standing.elevation(0.3) == 0.0

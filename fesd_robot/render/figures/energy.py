@@ -84,6 +84,8 @@ def center_of_mass_figure(robot: RobotMotion, title: str, phases: Phases, look: 
     path.plot(x[-1:], z[-1:], "s", color=SERIES[1], markersize=3.5)
     room = 0.05 * max(float(np.ptp(x)), 0.05)
     line = robot.ground.outline(float(x.min()) - room, float(x.max()) + room)
+    if robot.ground.untouched:
+        line = line[:0]
     path.plot(line[:, 0], line[:, 1], color=GREY, linewidth=1.0)
     path.set_xlim(float(x.min()) - room, float(x.max()) + room)
     set_range(path, [z, line[:, 1]], "m")

@@ -119,7 +119,7 @@ def drawn_box(robot: RobotMotion, sample: int) -> tuple[np.ndarray, np.ndarray]:
     low, high = np.vstack(points).min(axis=0), np.vstack(points).max(axis=0)
     level = [robot.ground.elevation(x) for x in np.linspace(low[0], high[0], 9)]
     # The ground is shown where it is near; a robot that hangs high above it needs none.
-    if low[1] - min(level) < 2.0 * max(float((high - low).max()), 1e-3):
+    if not robot.ground.untouched and low[1] - min(level) < 2.0 * max(float((high - low).max()), 1e-3):
         low[1], high[1] = min(low[1], *level), max(high[1], *level)
     return low, high
 
@@ -138,11 +138,12 @@ def draw_world(panel: Axes, robot: RobotMotion, window: tuple[float, float, floa
         window: left, right, bottom and top of what is shown, m.
     """
     left, right, bottom, top = window
-    line = robot.ground.outline(left, right)
-    panel.fill_between(
-        line[:, 0], line[:, 1], min(bottom, float(line[:, 1].min())), color=GROUND, linewidth=0, zorder=0
-    )
-    panel.plot(line[:, 0], line[:, 1], color=BLACK, linewidth=0.8, zorder=1)
+    if not robot.ground.untouched:
+        line = robot.ground.outline(left, right)
+        panel.fill_between(
+            line[:, 0], line[:, 1], min(bottom, float(line[:, 1].min())), color=GROUND, linewidth=0, zorder=0
+        )
+        panel.plot(line[:, 0], line[:, 1], color=BLACK, linewidth=0.8, zorder=1)
     for solid in robot.ground.solids.values():
         outline = solid.corners()[:, [0, 2]]
         panel.fill(*outline[ConvexHull(outline).vertices].T, facecolor=GROUND, edgecolor=BLACK, linewidth=0.8, zorder=1)
