@@ -12,7 +12,7 @@ from fesd_robot.errors import RobotError
 from fesd_robot.recovery import PhysicalMotion
 from fesd_robot.robot import BodyShapes, Depth, Robot
 from fesd_robot.running import check_time
-from fesd_robot.task import CircleContact, PointContact, Task, TwoBodyContact
+from fesd_robot.task import GROUND, CircleContact, PointContact, Task, TwoBodyContact
 
 LEAST_DEPTH = 1e-3
 """m; shapes are seldom truer than this."""
@@ -67,7 +67,10 @@ class _Overlaps:
     def __init__(self, task: Task, robot: Robot, surfaces: Mapping[str, Surface], shapes: BodyShapes) -> None:
         self._robot, self._shapes = robot, shapes
         self._data = robot.model.createData()
-        self._task, self._surfaces = task, surfaces
+        self._task = task
+        self._surfaces = {
+            name: surface for name, surface in surfaces.items() if not (name == GROUND and task.has_untouched_ground)
+        }
         contacts = task.single_contacts.values()
         self._contacts = [one for one in contacts if isinstance(one, PointContact | CircleContact)]
         self._fixed = {

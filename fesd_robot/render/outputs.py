@@ -149,13 +149,11 @@ def ground_visual(task: Task) -> GroundVisual:
     """
     from fesd_robot.ocp import ground_of, solid_of
     from fesd_robot.render import GroundVisual
-    from fesd_robot.task import GROUND
 
     ground = ground_of(task)
-    touching = any(getattr(contact, "surface", None) == GROUND for contact in task.contacts.values())
     return GroundVisual(
         ground,
-        untouched=task.gravity is not None and not any(task.gravity) and not touching,
+        untouched=task.has_untouched_ground,
         walls={name: _wall(wall) for name, wall in task.ground.walls.items()},
         solids={name: _solid(solid_of(surface), ground) for name, surface in task.surfaces.items()},
     )

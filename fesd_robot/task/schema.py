@@ -140,6 +140,12 @@ class Task(Section):
         """The contacts by name that give way, those with a stiffness."""
         return {name: one for name, one in self.single_contacts.items() if one.stiffness is not None}
 
+    @property
+    def has_untouched_ground(self) -> bool:
+        """Whether nothing falls on the ground or touches it, as where the plane of the motion is a table."""
+        touching = any(getattr(contact, "surface", None) == GROUND for contact in self.contacts.values())
+        return self.gravity is not None and not any(self.gravity) and not touching
+
     def inside(self, surface: str) -> str:
         """Return where a point is whose distance from a surface is negative, as the end of a sentence."""
         if surface == GROUND:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,11 +10,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from fesd_robot.ocp import load_task_robot
+from fesd_robot.ocp import formulate, load_task_robot
 from fesd_robot.ocp.scene import surfaces_of
 from fesd_robot.plans.overlaps import overlaps, overlaps_of_motion
 from fesd_robot.recovery.motion import States
-from fesd_robot.task import load_task
+from fesd_robot.task import Task, load_task
 
 MODEL = """\
 <mujoco model="sled">
@@ -200,3 +201,13 @@ def test_a_body_in_a_box_or_in_a_hill(tmp_path: Path) -> None:
     (sentence,) = said(tmp_path, [0, 0.18, 0, 0, 0], more=hill)
     depth = 0.2 - 0.18 / np.hypot(1, 0.1)
     assert sentence.startswith(f"Now body 'base' is {depth:.4g} m below the ground")
+
+
+def test_a_table_has_no_ground(load_short: Callable[..., Task]) -> None:
+    """Without gravity, and without a contact on it, nothing falls on the ground, and nothing can be below it."""
+    public = Path(__file__).parents[2] / "tasks" / "public"
+    assert load_task(public / "impact_push_t.yaml").has_untouched_ground
+    assert not load_short().has_untouched_ground and not load_short("gravity=[0, 0, 0]").has_untouched_ground
+    motion = formulate(load_task(public / "impact_push_t.yaml"))
+    moments = [("Once", np.array([0.0, -1.0, 0.0]))]
+    assert overlaps(motion.task, motion.robot, motion.scene.surfaces, moments) == []
