@@ -16,6 +16,9 @@ from fesd_robot.plans.use_words import use_section
 from fesd_robot.plans.verdict import given_limits, near_miss_words
 from fesd_robot.plans.weights import weights_of
 
+OF_THE_METHOD = ("regularisation of", "step equilibration")
+"""How cost terms begin that no task asks for."""
+
 
 @checked
 def report(plan: Plan, picture: str | None = None) -> str:
@@ -152,7 +155,8 @@ def _cost(plan: Plan) -> str:
         ["term", "value", "share", "weights"], [*rows, ["total", f"{plan.statistics.objective:.6g}", "", ""]]
     )
     text += f"\n{stationarity_sentence(plan.status)}\n"
-    return text + "\n'regularisation of ...' and 'step equilibration' belong to the method, not to the task.\n"
+    own = [name for name in terms if name.startswith(OF_THE_METHOD)]
+    return text + (f"\nOf the method, not of the task: {', '.join(own)}.\n" if own else "")
 
 
 def _effort(plan: Plan) -> str:

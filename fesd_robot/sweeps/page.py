@@ -84,7 +84,7 @@ def _continuation(rows: Iterable[Mapping[str, Any]]) -> str:
     return (
         f"<p>{len(begun)} of {len(begun) + len(vain) + len(alone)} plans begin from the solved plan of the nearest "
         f"row: {_median(begun)}; {len(vain)} did so in vain and begin from the task alone, both counted: "
-        f"{_median(vain)}; {len(alone)} have begun from the task alone: {_median(alone)}.</p>"
+        f"{_median(vain)}; begun from the task alone: {len(alone)}, {_median(alone)}.</p>"
     )
 
 
