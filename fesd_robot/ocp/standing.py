@@ -22,8 +22,8 @@ from fesd_robot.task import Configured, KeyPath, Task
 GAP_TOLERANCE = 1e-9
 """m; a contact this close to what it touches stands on it."""
 
-_CONVERGED = 1e-12
-"""m; the search ends with gaps this small."""
+_CONVERGED = 1e-15
+"""m; the search ends with gaps this small: they are rounding alone, and need no offset in the equations."""
 
 _DECIMALS = 10
 """Of the coordinates found, m or rad, where these suffice."""

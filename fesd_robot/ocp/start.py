@@ -19,6 +19,9 @@ from fesd_robot.task import GROUND, CircleCircleContact, Task, TwoBodyContact
 TOUCHING = 1e-5
 """m; a contact that starts this close to what it touches is closed: positions are often written with five decimals."""
 
+ROUNDING = 1e-14
+"""m; a gap that is not larger is rounding alone. One of 5e-13 already keeps a stance from being exact."""
+
 
 def touching_at_start(
     robot: Robot,
@@ -62,7 +65,7 @@ def closed_at_start(contacts: Sequence[Contact], dynamics: MultibodyDynamics, en
     """
     gaps = np.asarray(gap_function(dynamics, contacts)(endpoints.initial_configuration)).ravel()
     return [
-        replace(contact, gap=contact.gap - gap) if CLOSED < abs(gap) <= TOUCHING else contact
+        replace(contact, gap=contact.gap - gap) if ROUNDING < abs(gap) <= TOUCHING else contact
         for contact, gap in zip(contacts, gaps, strict=True)
     ]
 
