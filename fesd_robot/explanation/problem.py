@@ -221,7 +221,7 @@ def _contacts(motion: MotionProblem) -> list[str]:
         return ["None: nothing touches the robot."]
     physics, ends = numeric_physics(motion), motion.endpoints
     start, goal = (
-        dict(zip(motion.every_contact, [*physics.gaps(q), *physics.compliant_gaps(q)], strict=True))
+        dict(zip(motion.every_contact, physics.every_gap(q), strict=True))
         for q in (ends.initial_configuration, ends.goal_configuration)
     )
     lines, rigid = [], {contact.name: contact for contact in motion.contacts}

@@ -96,11 +96,8 @@ def _immovable(motion: MotionProblem) -> Iterator[str]:
 
 def _far_from_the_ground(motion: MotionProblem) -> Iterator[str]:
     physics, ends = numeric_physics(motion), motion.endpoints
-    both = [
-        np.concatenate([physics.gaps(q), physics.compliant_gaps(q)])
-        for q in (ends.initial_configuration, ends.goal_configuration)
-    ]
-    gaps, contacts = np.minimum(*both), [*motion.contacts, *(one.contact for one in motion.compliant)]
+    gaps = np.minimum(physics.every_gap(ends.initial_configuration), physics.every_gap(ends.goal_configuration))
+    contacts = [*motion.contacts, *(one.contact for one in motion.compliant)]
     never = [
         contact.name
         for contact in contacts

@@ -115,8 +115,7 @@ def with_gaps(plan: Plan, motion: MotionProblem, physics: NumericPhysics) -> Pla
     """Return the plan with the gaps of its contacts at its samples, computed again from its robot."""
     names = motion.robot.configuration_names
     samples = zip(*[plan.trajectory.configuration[name] for name in names], strict=True)
-    configurations = [np.array(q) for q in samples]
-    gaps = np.array([np.concatenate([physics.gaps(q), physics.compliant_gaps(q)]) for q in configurations])
+    gaps = np.array([physics.every_gap(np.array(q)) for q in samples])
     updated = {
         name: plan.contacts[name].model_copy(update={"gap": gaps[:, i]}) for i, name in enumerate(motion.every_contact)
     }

@@ -14,7 +14,7 @@ from fesd_robot.contact import Contact, ContactMode, Modes
 from fesd_robot.ocp import MotionProblem, gap_function
 from fesd_robot.phases.acting import acting_along, each_alone, with_acting
 from fesd_robot.phases.gait import gait_images
-from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, stuck
+from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, stuck, with_mode
 from fesd_robot.phases.stepping import steppings
 
 SAMPLES = 4
@@ -276,7 +276,7 @@ def _compressed(motion: MotionProblem, guess: Guess, own: Sequence) -> Sequence:
         return own
     modes = phase.modes
     for i in pushing:
-        modes = _with(modes, first + i, ContactMode.TOUCH)
+        modes = with_mode(modes, first + i, ContactMode.TOUCH)
     length = min(0.5 * phase.duration, *(guess.half_periods[i] for i in pushing))
     later = replace(phase, duration=phase.duration - length)
     return replace(own, phases=(Phase(modes, length, phase.impacts), replace(later, impacts=()), *own.phases[1:]))
@@ -293,12 +293,8 @@ def _pushes(motion: MotionProblem, guess: Guess, own: Sequence) -> Iterator[Sequ
         apart = (phase.duration - sum(lengths)) / (len(group) + 1)
         parts = [Phase(phase.modes, apart)]
         for n, length in zip(group, lengths, strict=True):
-            parts += [Phase(_with(phase.modes, n, ContactMode.TOUCH), length), Phase(phase.modes, apart)]
+            parts += [Phase(with_mode(phase.modes, n, ContactMode.TOUCH), length), Phase(phase.modes, apart)]
         yield replace(own, phases=(*own.phases[:longest], *parts, *own.phases[longest + 1 :]))
-
-
-def _with(modes: Modes, number: int, mode: ContactMode) -> Modes:
-    return (*modes[:number], mode, *modes[number + 1 :])
 
 
 def _handled(motion: MotionProblem, own: Sequence) -> Iterator[Sequence]:

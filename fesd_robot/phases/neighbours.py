@@ -11,7 +11,7 @@ import numpy as np
 
 from fesd_robot.contact import Contact, ContactMode, Modes
 from fesd_robot.phases.profile import ContactProfile
-from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, switching
+from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, switching, with_mode
 
 INSERTED = 0.25
 """Part of a phase that what is put into it takes, in its middle or at one of its ends."""
@@ -307,7 +307,7 @@ class _Neighbours:
                 values = self.profile.gap if flies else self.profile.force
                 span = self.profile.least(values, [n], *self._span(i))
                 other = ContactMode.TOUCH if flies else ContactMode.FLIGHT
-                modes = (*phase.modes[:n], other, *phase.modes[n + 1 :])
+                modes = with_mode(phase.modes, n, other)
                 what = f"{self._name(n)} {'pushes' if flies else 'leaves'} in phase {i + 1}"
                 yield from self._inserted(what, i, modes, span=span)
                 for where in ("begin", "end"):

@@ -153,10 +153,10 @@ class Sequence:
         """
         phases = list(self.phases)
         for i, n in where:
-            impacts = [one if one[n].hits else _with(one, n, ContactMode.STICK) for one in phases[i].impacts]
+            impacts = [one if one[n].hits else with_mode(one, n, ContactMode.STICK) for one in phases[i].impacts]
             if impacts and impacts[-1][n].hits and impacts[-1][n] is not ContactMode.IMPACT_STICK:
-                impacts.append(_with(impacts[-1], n, ContactMode.IMPACT_STICK))
-            modes = _with(phases[i].modes, n, ContactMode.STICK)
+                impacts.append(with_mode(impacts[-1], n, ContactMode.IMPACT_STICK))
+            modes = with_mode(phases[i].modes, n, ContactMode.STICK)
             phases[i] = replace(phases[i], modes=modes, impacts=tuple(impacts))
         return replace(self, phases=joined(phases))
 
@@ -194,7 +194,8 @@ def _acting(phase: Phase) -> list[str]:
     return [f"[{one.split(' ', 1)[1]}]" for one in phase.acting]
 
 
-def _with(modes: Modes, n: int, mode: ContactMode) -> Modes:
+def with_mode(modes: Modes, n: int, mode: ContactMode) -> Modes:
+    """Return modes of which the n-th is another one."""
     return (*modes[:n], mode, *modes[n + 1 :])
 
 

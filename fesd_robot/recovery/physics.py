@@ -109,6 +109,10 @@ class NumericPhysics:
         pin.framesForwardKinematics(self._model, self._data, q)
         return np.array([self._gap(geometry) for geometry in self._compliant])
 
+    def every_gap(self, q: np.ndarray) -> np.ndarray:
+        """Return the gap of every rigid and, behind them, of every compliant contact, m, (n_c + n_s)."""
+        return np.concatenate([self.gaps(q), self.compliant_gaps(q)])
+
     def compliant_points(self, q: np.ndarray) -> np.ndarray:
         """Return the points of the robot that push against compliant contacts, m, (n_s, 3)."""
         pin.framesForwardKinematics(self._model, self._data, q)
