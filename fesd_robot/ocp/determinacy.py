@@ -47,7 +47,8 @@ def determinacy_constraints(parts: ProblemParts) -> list[DeterminacyConstraint]:
     contacts, constraints = [contact for contact in parts.contacts if contact.friction > 0], []
     if not contacts:
         return []
-    responses = ca.solve(parts.dynamics.mass_matrix, ca.horzcat(*[ca.SX(contact.normal) for contact in contacts]))
+    normals = ca.horzcat(*[ca.SX(contact.normal) for contact in contacts])
+    responses = ca.ldl_solve(normals, *ca.ldl(parts.dynamics.mass_matrix, True))  # limbs do not fill each other's rows
     for contact, response in zip(contacts, ca.horzsplit(responses), strict=True):
         normal = ca.dot(contact.normal, response)
         along = [contact.friction * ca.dot(tangent, response) / normal for tangent in contact.directions]

@@ -16,6 +16,7 @@ from fesd_robot.phases.acting import acting_along, each_alone, with_acting
 from fesd_robot.phases.gait import gait_images
 from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, stuck, with_mode
 from fesd_robot.phases.stepping import steppings
+from fesd_robot.task import Line
 
 SAMPLES = 4
 """Of the guess, in the time of a control interval."""
@@ -239,7 +240,7 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
     own = _compressed(motion, guess, guess.sequence())
     held = [all(phase.modes[i].closed for phase in own.phases) for i in range(len(motion.contacts))]
     orders = steppings(motion)
-    if orders and all(held[foot.contact] for foot in orders[0].feet if foot.steps):
+    if orders and (_straight(motion) or all(held[foot.contact] for foot in orders[0].feet if foot.steps)):
         for stepping in orders:
             step = Guess(motion, stepping.state)
             sequence = step.sequence(np.repeat(stepping.touching, SAMPLES, axis=0))
@@ -263,6 +264,11 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
     yield own
     yield from _pushes(motion, guess, own)
     yield from each_alone(motion, own)
+
+
+def _straight(motion: MotionProblem) -> bool:
+    """Whether the guess is the straight line from start to goal, which knows no flight, whatever it passes over."""
+    return isinstance(motion.task.reference, Line) and motion.task.solver.warm_start is None
 
 
 def _compressed(motion: MotionProblem, guess: Guess, own: Sequence) -> Sequence:

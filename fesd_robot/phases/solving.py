@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from fesd_robot.fesd import SHORTEST_PHASE
 from fesd_robot.fesd.neighbours import KnownTrajectory
 from fesd_robot.fesd.polishing import BranchMotion
+from fesd_robot.fesd.refinement import COARSE, local_errors
 from fesd_robot.mpcc import (
     BRANCH,
     BranchNlp,
@@ -127,6 +129,11 @@ class PhaseMotion:
     def on_branch(self) -> BranchMotion:
         """The point, with its multipliers, on the branch of the sequence."""
         return BranchMotion(self.own.polisher, self.report.point, self.own.branch)
+
+    @cached_property
+    def coarse(self) -> bool:
+        """Whether an element is so long that the cost means little: a cheaper motion may be cheaper by its error."""
+        return not bool((local_errors(self.on_branch) <= COARSE).all())
 
     @property
     def along(self) -> KnownTrajectory:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import NamedTuple
 
 import casadi as ca
@@ -13,6 +13,7 @@ from fesd_robot.fesd import STRICTER, PathBetween
 from fesd_robot.ocp import DeterminacyConstraint
 from fesd_robot.refinement.finer import Finer, with_bounds
 from fesd_robot.refinement.solved_motion import SolvedMotion
+from fesd_robot.replay import replay_intervals
 
 FOLLOWED = 1e-3
 """m/s or rad/s; a control interval whose replay ends this close to the plan is the plan's motion."""
@@ -42,7 +43,7 @@ def with_determinate_postures(solved: SolvedMotion) -> Iterator[Finer]:
         solved: an exact motion.
     """
     missing = list(_missing(solved))
-    left = _left_by_the_replay(solved) if missing else set()
+    left = _left_by_the_replay(solved, {one.interval for one in missing}) if missing else set()
     missing = [one for one in missing if one.interval in left]
     if not missing:
         return
@@ -95,8 +96,8 @@ def _missing(solved: SolvedMotion) -> Iterator[_Missing]:
                 yield _Missing(number, e, element.interval, by)
 
 
-def _left_by_the_replay(solved: SolvedMotion) -> set[int]:
-    """Return the control intervals that a replay leaves by more than the local errors of their elements explain."""
+def _left_by_the_replay(solved: SolvedMotion, among: Collection[int]) -> set[int]:
+    """Return which control intervals a replay leaves by more than the local errors of their elements explain."""
     elements = solved.on_branch.elements
     largest = 1 + max(float(np.abs(element.x).max()) for element in elements)
     followed: dict[int, float] = {}
@@ -105,6 +106,6 @@ def _left_by_the_replay(solved: SolvedMotion) -> set[int]:
         followed[element.interval] = max(followed.get(element.interval, 0.0), most)
     return {
         one.interval
-        for one in solved.replay.intervals
+        for one in replay_intervals(solved.physical, solved.physics, among).intervals
         if not np.abs(one.velocity_error).max() <= followed[one.interval]
     }

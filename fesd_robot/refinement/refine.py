@@ -12,7 +12,7 @@ import numpy as np
 
 from fesd_robot.fesd import with_stages
 from fesd_robot.fesd.polishing import BranchMotion
-from fesd_robot.fesd.refinement import Violated, multiplier_errors, violated_between_stages, with_parts
+from fesd_robot.fesd.refinement import COARSE, Violated, multiplier_errors, violated_between_stages, with_parts
 from fesd_robot.mpcc import COST_LOSS, Run
 from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.refinement.determinacy import with_determinate_postures
@@ -37,9 +37,6 @@ RAISES_ORDER = 0.2
 
 GROSS = 1e-4
 """Local error of an element that is made smaller before others: its motion may be none."""
-
-COARSE = 1e-2
-"""The same where too many elements have gross errors: such an element is too long for a scheme of any order."""
 
 NO_MOTION = 0.1
 """Local error of an element of a uniform grid, relative to the largest value of a state, above which it is none: a

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -85,7 +85,9 @@ class MotionReplay:
         )
 
 
-def replay_intervals(motion: PhysicalMotion, physics: NumericPhysics) -> MotionReplay:
+def replay_intervals(
+    motion: PhysicalMotion, physics: NumericPhysics, among: Collection[int] | None = None
+) -> MotionReplay:
     """Return every control interval of a motion driven again from its own state at the interval's beginning.
 
     An interval begins after an impact at its left end, which is compared by itself; where contacts hit at the same
@@ -96,6 +98,7 @@ def replay_intervals(motion: PhysicalMotion, physics: NumericPhysics) -> MotionR
     Args:
         motion: in physical time, with controls that are constant on every interval.
         physics: of its robot and contacts.
+        among: numbers of the intervals to drive, all if omitted.
 
     Raises:
         OutOfTime: the time limit comes meanwhile.
@@ -106,6 +109,7 @@ def replay_intervals(motion: PhysicalMotion, physics: NumericPhysics) -> MotionR
         tuple(
             _interval(motion, physics, max(int(first) - 1, 0), int(last))
             for first, last in zip(starts, ends, strict=True)
+            if among is None or int(motion.interval[last]) in among
         )
     )
 

@@ -11,6 +11,7 @@ import numpy as np
 from fesd_robot.contact import ContactMode, Modes
 from fesd_robot.exactness import SINGULAR
 from fesd_robot.recovery import by_contact, cone_facets, normal_rows, tangential_rows
+from fesd_robot.replay.beginning import may_begin
 from fesd_robot.replay.dynamics import ContactDynamics
 from fesd_robot.replay.headings import beginning_headings
 from fesd_robot.replay.joints import joints_in_motion
@@ -86,8 +87,30 @@ def rated_modes(dynamics: ContactDynamics, closed: np.ndarray, left: Modes | Non
         if found is not None:
             return [found]
     options = list(product(*_options(dynamics, closed)))
-    choices = [_rated(dynamics, modes, closed) for modes in options if modes != left or len(options) == 1]
+    allowed = [modes for modes in options if modes != left or len(options) == 1]
+    likely = [modes for modes in allowed if _may_begin(dynamics, modes)]
+    choices = [_rated(dynamics, modes, closed) for modes in likely]
+    if not any(choice.admissible for choice in choices):
+        choices += [_rated(dynamics, modes, closed) for modes in allowed if modes not in likely]
     return sorted(choices, key=_plausibility)
+
+
+def _may_begin(dynamics: ContactDynamics, modes: Modes) -> bool:
+    starting = _starting(dynamics, modes)
+    if not starting or len(dynamics.joints.rows):
+        return True
+    headings = dynamics.headings.copy()
+    headings[starting] = 0.0
+    return may_begin(dynamics, modes, starting, *_constraints(replace(dynamics, headings=headings), modes))
+
+
+def _starting(dynamics: ContactDynamics, modes: Modes) -> list[int]:
+    """Return the contacts in space that begin to slide in given modes, against friction."""
+    return [
+        i
+        for i, mode in enumerate(modes)
+        if mode.direction and dynamics.rows > 2 and dynamics.friction[i] > 0 and not _slides(dynamics, i)
+    ]
 
 
 def _plausibility(motion: ModeMotion) -> tuple[bool, bool, int, float]:
@@ -235,12 +258,7 @@ def _touching(dynamics: ContactDynamics, modes: Modes, spread: np.ndarray, force
 
 
 def _rated(without: ContactDynamics, modes: Modes, closed: np.ndarray) -> ModeMotion:
-    starting = [
-        i
-        for i, mode in enumerate(modes)
-        if mode.direction and without.rows > 2 and without.friction[i] > 0 and not _slides(without, i)
-    ]
-    without = with_beginning_headings(without, modes, starting)
+    without = with_beginning_headings(without, modes, _starting(without, modes))
     chosen = joints_in_motion(without, lambda dynamics: _forces(dynamics, modes)[0])
     dynamics = chosen.dynamics
     forces, margin, unmet = _forces(dynamics, modes)
