@@ -10,7 +10,7 @@ import numpy as np
 from fesd_robot.fesd import SHORTEST_PHASE
 from fesd_robot.fesd.neighbours import KnownTrajectory
 from fesd_robot.fesd.polishing import BranchMotion
-from fesd_robot.fesd.refinement import COARSE, local_errors
+from fesd_robot.fesd.refinement import NO_MOTION, local_errors
 from fesd_robot.mpcc import (
     BRANCH,
     BranchNlp,
@@ -131,9 +131,9 @@ class PhaseMotion:
         return BranchMotion(self.own.polisher, self.report.point, self.own.branch)
 
     @cached_property
-    def coarse(self) -> bool:
-        """Whether an element is so long that the cost means little: a cheaper motion may be cheaper by its error."""
-        return not bool((local_errors(self.on_branch) <= COARSE).all())
+    def gross(self) -> bool:
+        """Whether a local error is so large that it is no motion, and its cost means nothing."""
+        return not bool((local_errors(self.on_branch) <= NO_MOTION).all())
 
     @property
     def along(self) -> KnownTrajectory:

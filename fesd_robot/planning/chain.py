@@ -293,7 +293,7 @@ class Chain:
                 search.note("start at rest", sequence, solver.from_guess(sequence, state=resting(motion)))
         if search.best is None and not solver.over:
             uniform = self._from_uniform(search, motion)
-        if search.best and search.best.coarse:
+        if search.best and search.best.gross:
             search.divide()
         return uniform
 

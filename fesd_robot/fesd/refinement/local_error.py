@@ -34,8 +34,8 @@ from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.running import check_time
 
-COARSE = 1e-2
-"""Local error above which an element is too long for a scheme of any order, and the cost of its motion means little."""
+NO_MOTION = 0.1
+"""Local error of an element, relative to the largest value of a state, above which a motion is none."""
 
 NEWTON_ITERATIONS = 12
 """Most Newton iterations for an element; from the interpolated stages 2 to 4 are enough."""
