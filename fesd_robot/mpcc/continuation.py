@@ -24,7 +24,7 @@ FAR_OBJECTIVE = 0.05
 """Change of the objective relative to one plus its size, above which whole steps have led to another solution."""
 
 FAR_VIOLATION = 1e-2
-"""Constraint violation of a start above which its solution is not near: whole steps, and a warm start, end anywhere."""
+"""Constraint violation of a start from which IPOPT also begins as from a guess, if nothing else leads to a solution."""
 
 FREER_STARTS = Start(1e-3, 1e-4), FREE
 """Where an NLP begins from a start that violates constraints which are new, one after the other until one leads to a
@@ -129,11 +129,11 @@ class BranchSolver:
             limits: of iterations; default: those of the run's effort.
             freer: whether IPOPT begins further from the start, as where that violates constraints which are new.
             near: whether the end is near the start, as on a finer grid, and whole steps are tried first.
-            far: whether the start is no motion nearly, and IPOPT begins as it does from a guess.
+            far: whether the end may be far from the start, and IPOPT also begins as it does from a guess.
         """
         limits = limits or PolishingLimits(self.run.effort.branch_iterations, self.run.effort.branch_updates)
         end = self._near(start, freer) if near else None
-        for starting in (FREE,) if far else FREER_STARTS if freer else (AT,):
+        for starting in FREER_STARTS if freer else (AT, FREE) if far else (AT,):
             end = end or self._solve(start, replace(BRANCH, start=starting), limits)
         return end
 
@@ -231,7 +231,7 @@ def continue_on_branch(
     begin = time.perf_counter()
     solver = BranchSolver(problem, polisher, run)
     far = problem.residuals(start.w).constraint_violation > FAR_VIOLATION
-    end = solver.exact(start, freer=freer, near=not far, far=far)
+    end = solver.exact(start, freer=freer, near=True, far=far)
     return None if end is None else solver.solution(end, earlier, time.perf_counter() - begin)
 
 

@@ -8,13 +8,13 @@ from itertools import product
 
 import numpy as np
 from scipy.integrate import DOP853
-from scipy.optimize import brentq
 
 from fesd_robot.contact import ContactMode
 from fesd_robot.exactness import SINGULAR
 from fesd_robot.recovery import cone_facets, normal_rows, tangential_rows
 from fesd_robot.replay.headings import beginning_headings, slip_headings
 from fesd_robot.replay.impact_state import ImpactState
+from fesd_robot.replay.roots import crossing_time
 from fesd_robot.replay.splits import widest_split
 
 ZERO_OF_LARGEST = 1e-12
@@ -202,7 +202,7 @@ class ImpactProcess:
             ended = np.flatnonzero((before >= 0) & (after < 0))
             if ended.size:
                 path = stepper.dense_output()
-                times = [_root(_entry(watched, path, int(k)), stepper) for k in ended]
+                times = [crossing_time(_entry(watched, path, int(k)), stepper.t_old, stepper.t) for k in ended]
                 first = int(np.argmin(times))
                 return self._at_the_end(path(times[first]), int(ended[first]), phase.choice, state.rebound)
             if starting:
@@ -370,10 +370,6 @@ def _entry(
     watched: Callable[[np.ndarray], np.ndarray], path: Callable[[float], np.ndarray], k: int
 ) -> Callable[[float], float]:
     return lambda t: float(watched(path(t))[k])
-
-
-def _root(function: Callable[[float], float], stepper: DOP853) -> float:
-    return float(brentq(function, stepper.t_old, stepper.t, xtol=1e-15))
 
 
 _TANGENTIAL = (ContactMode.STICK, ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)

@@ -58,4 +58,16 @@ def _touchdown(start: float, watched: Values, below: float, parting: Values, k: 
 
 
 def _root(values: Values, k: int, start: float, end: float) -> float:
-    return float(brentq(lambda time: float(values(time)[k]), start, end, xtol=1e-14, rtol=1e-14))
+    return crossing_time(lambda time: float(values(time)[k]), start, end)
+
+
+def crossing_time(value: Callable[[float], float], start: float, end: float) -> float:
+    """Return when a value changes its sign between two times.
+
+    That is an end where it has one sign: a slide that has turned since the value was positive may have made it
+    negative at the start, and a step's polynomial keeps it positive at the end by a round-off.
+    """
+    at_start, at_end = value(start), value(end)
+    if (at_start < 0) == (at_end < 0):
+        return start if at_start < 0 else end
+    return float(brentq(value, start, end, xtol=1e-15, rtol=1e-14))
