@@ -13,10 +13,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -27,6 +26,9 @@ from fesd_robot.plans import Plan
 from fesd_robot.plans.outcome_words import miss_words
 from fesd_robot.plans.tables import markdown_table
 from fesd_robot.sweeps.planned import planned
+from scripts.benchmarks._impact import problem_of
+from scripts.benchmarks._impact_page import beside_impact
+from scripts.benchmarks._peers import cargo_states, optimum, push_at, slider_states
 from scripts.benchmarks._soft_walls import SoftWalls, cart_pole, push_bot
 from scripts.benchmarks._waiter import Waiter
 from scripts.tools.arguments import ROOT, machine
@@ -46,10 +48,8 @@ class Cart:
         friction: mu.
         step: s.
         steps: how many.
-        semi_implicit: whether positions follow from the velocity after a step, not before it.
         positions, velocities: weights of the squared distances from the goal at the end.
         control: weight of f^2 + u^2 at every step.
-        slip: the same of the squared relative velocity.
     """
 
     cargo: float
@@ -57,11 +57,9 @@ class Cart:
     friction: float
     step: float
     steps: int
-    semi_implicit: bool
     positions: float
     velocities: float
     control: float
-    slip: float = 0.0
 
     def objective(self, plan: Plan) -> tuple[float, float]:
         """Return the peer's objective and its largest violation on the sequence of stick and slip of a plan.
@@ -72,14 +70,14 @@ class Cart:
             plan: of the task, with the goal x1, x2, v1, v2, m and m/s.
         """
         goal = _goal(plan)
-        states = _states(plan, self.step * np.arange(self.steps + 1))
+        states = cargo_states(plan, self.step * np.arange(self.steps + 1))
         x, f, u = ca.SX.sym("x", 4, self.steps + 1), ca.SX.sym("f", self.steps), ca.SX.sym("u", self.steps)
         limit, h = self.friction * self.cargo * GRAVITY, self.step
         rows, lower, upper = list[ca.SX](), list[float](), list[float]()
         low, high = np.full(self.steps, -limit), np.full(self.steps, limit)
         for k in range(self.steps):
             speeds = x[2:, k] + h * ca.vertcat(f[k] / self.cargo, (u[k] - f[k]) / self.cart)
-            places = x[:2, k] + h * (speeds if self.semi_implicit else x[2:, k])
+            places = x[:2, k] + h * speeds
             rows.append(x[:, k + 1] - ca.vertcat(places, speeds))
             lower, upper = lower + [0.0] * 4, upper + [0.0] * 4
             relative = states[k, 2] - states[k, 3]
@@ -93,10 +91,10 @@ class Cart:
         lower, upper = lower + [-1.0] * (self.steps + 1), upper + [1.0] * (self.steps + 1)
         end = x[:, -1] - ca.DM(goal)
         cost = self.positions * ca.sumsqr(end[:2]) + self.velocities * ca.sumsqr(end[2:])
-        cost += self.control * (ca.sumsqr(f) + ca.sumsqr(u)) + self.slip * ca.sumsqr(x[2, :-1] - x[3, :-1])
+        cost += self.control * (ca.sumsqr(f) + ca.sumsqr(u))
         w = ca.vertcat(ca.vec(x), f, u)
         free = np.full(4 * self.steps, np.inf)
-        return _optimum(
+        return optimum(
             {"x": w, "f": cost, "g": ca.vertcat(*rows)},
             {
                 "lbx": np.concatenate([states[0], -free, low, np.full(self.steps, -np.inf)]),
@@ -105,15 +103,6 @@ class Cart:
                 "ubg": np.array(upper),
             },
         )
-
-
-def _optimum(problem: dict[str, ca.SX], numbers: dict[str, np.ndarray]) -> tuple[float, float]:
-    """Return the objective of IPOPT's solution of a smooth problem, and its largest violation of a row."""
-    options: dict[str, Any] = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}}
-    result = ca.nlpsol("peer", "ipopt", problem, options)(**numbers)
-    g = np.asarray(result["g"]).ravel()
-    beyond = np.maximum(numbers["lbg"] - g, g - numbers["ubg"]).max()
-    return float(result["f"]), float(max(beyond, 0.0))
 
 
 @dataclass(frozen=True)
@@ -129,8 +118,6 @@ class Slider:
         control: weight of the squared force at every step.
         positions: weight of the squared distance from the goal at every step.
         sine_and_cosine: whether a distance of angles is that of their sines and cosines.
-        sides: name of a side -> its coordinate across, m; only where places have a cost.
-        place: x and y of the place of the force, m -> what its weight, that of the force, is multiplied with.
         terminal: weight of the squared distance from the goal at the end.
     """
 
@@ -141,8 +128,6 @@ class Slider:
     control: float
     positions: float = 0.0
     sine_and_cosine: bool = False
-    sides: Mapping[str, float] | None = None
-    place: Callable[[ca.SX, ca.SX], ca.SX] | None = None
     terminal: float = 100.0
 
     def objective(self, plan: Plan, goal: Sequence[float]) -> tuple[float, float]:
@@ -153,11 +138,10 @@ class Slider:
             goal: x, y and angle, m and rad.
         """
         times = self.step * np.arange(self.steps + 1)
-        at = plan.at(np.minimum(times, plan.trajectory.time[-1])).configuration
-        states = np.array([at["root_x"], at["root_z"], -np.asarray(at["root_pitch"])])
-        pushes = [self._push(plan, float(time)) for time in times[:-1] + self.step / 2]
+        states = slider_states(plan, times)
+        pushes = [push_at(plan, float(time)) for time in times[:-1] + self.step / 2]
         x, f, arm = ca.SX.sym("x", 3, self.steps + 1), ca.SX.sym("f", self.steps), ca.SX.sym("arm", self.steps)
-        rows, cost = [x[:, 0] - ca.DM(states[:, 0])], self.terminal * self._distance(x[:, -1], goal)
+        rows, cost = [x[:, 0] - ca.DM(states[0])], self.terminal * self._distance(x[:, -1], goal)
         for k, push in enumerate(pushes):
             cosine, sine = ca.cos(x[2, k]), ca.sin(x[2, k])
             along, across = push.direction
@@ -165,17 +149,13 @@ class Slider:
             rate = ca.vertcat(speed, f[k] * arm[k] / self.torque)
             rows.append(x[:, k + 1] - x[:, k] - self.step * rate)
             cost += self.control * f[k] ** 2 + self.positions * self._distance(x[:, k], goal)
-            if self.place is not None and self.sides is not None:
-                fixed = ca.SX(self.sides[push.side])
-                where = (arm[k] / across, fixed) if across else (fixed, -arm[k] / along)
-                cost += self.control * self.place(*where)
         arms, zero = np.array([push.arms for push in pushes]), np.zeros(3 * (self.steps + 1))
         free, force = np.full(3 * (self.steps + 1), np.inf), np.array([push.force for push in pushes])
         start = np.clip([push.arm for push in pushes], arms[:, 0], arms[:, 1])
-        return _optimum(
+        return optimum(
             {"x": ca.vertcat(ca.vec(x), f, arm), "f": cost, "g": ca.vertcat(*rows)},
             {
-                "x0": np.concatenate([states.T.ravel(), force, start]),
+                "x0": np.concatenate([states.ravel(), force, start]),
                 "lbx": np.concatenate([-free, np.zeros(self.steps), arms[:, 0]]),
                 "ubx": np.concatenate([free, np.full(self.steps, np.inf), arms[:, 1]]),
                 "lbg": zero,
@@ -190,61 +170,8 @@ class Slider:
         turn = ca.vertcat(ca.cos(state[2]) - np.cos(goal[2]), ca.sin(state[2]) - np.sin(goal[2]))
         return ca.sumsqr(state[:2] - ca.DM(list(goal[:2]))) + ca.sumsqr(turn)
 
-    def _push(self, plan: Plan, time: float) -> _Push:
-        """Return what a plan pushes with at a time, s."""
-        k = int(np.searchsorted(plan.controls["time"], time, side="right")) - 1
-        (sets,), actuators = plan.task["robot"]["one_at_a_time"].values(), plan.task["robot"]["actuators"]
-        found = []
-        for side, names in sets.items():
-            forces = [plan.controls[name][k] for name in names]
-            arms = [-actuators[name]["force"]["root_pitch"] for name in names]
-            total = sum(forces)
-            arm = float(np.dot(forces, arms)) / total if total else float(np.mean(arms))
-            words = [actuators[names[0]]["force"][name] for name in ("root_x", "root_z")]
-            direction = tuple(0.0 if "sin" in word else -1.0 if word.startswith("-") else 1.0 for word in words)
-            found.append(_Push(side, float(total), arm, (min(arms), max(arms)), direction))
-        return max(found, key=lambda push: push.force)
 
-
-@dataclass(frozen=True)
-class _Push:
-    """A force, N, at a side of a slider: its arm and the least and the largest there, m, and its direction."""
-
-    side: str
-    force: float
-    arm: float
-    arms: tuple[float, float]
-    direction: tuple[float, ...]
-
-
-def _states(plan: Plan, times: np.ndarray) -> np.ndarray:
-    """Return places and velocities of cargo and cart, m and m/s, (n, 4)."""
-    at = plan.at(np.minimum(times, plan.trajectory.time[-1]))
-    (cart, cargo), (speed, slide) = (
-        [np.asarray(of[name]) for name in ("cart", "cargo")] for of in (at.configuration, at.velocity)
-    )
-    return np.column_stack([cart + cargo, cart, speed + slide, speed])
-
-
-TRANSPORT = Cart(1.0, 2.0, 0.2, 0.02, 199, True, 1e5, 10.0, 1e-4)
-
-T, T_MIDDLE = 0.05, 2.6429
-"""Size of the seven squares of a T, m, and how many of them its middle is above its foot."""
-
-T_SIDES = dict(
-    zip(
-        ("top", "cap_right", "under_right", "stem_right", "bottom", "stem_left", "under_left", "cap_left"),
-        T * np.array([4 - T_MIDDLE, 2, 3 - T_MIDDLE, 0.5, -T_MIDDLE, -0.5, 3 - T_MIDDLE, -2]),
-        strict=True,
-    )
-)
-BOX_SIDES = {"bottom": -0.4, "top": 0.4, "left": -0.3, "right": 0.3}
-
-
-def _of_t(x: ca.SX, y: ca.SX) -> ca.SX:
-    """Return the squares of a place on a T, and of its distances from the lines of the sides."""
-    lines = [x - T * line for line in (2, 0.5, -0.5, -2)] + [y - T * (line - T_MIDDLE) for line in (4, 3, 0)]
-    return x**2 + y**2 + ca.sumsqr(ca.vertcat(*lines))
+TRANSPORT = Cart(1.0, 2.0, 0.2, 0.02, 199, 1e5, 10.0, 1e-4)
 
 
 def _friction(coefficient: float, mass: float, gravity: float, part: float, radius: float) -> tuple[float, float]:
@@ -255,13 +182,10 @@ def _friction(coefficient: float, mass: float, gravity: float, part: float, radi
 
 SLIDERS: Mapping[str, Slider] = {
     "crisp_push_box": Slider(*_friction(0.5, 1, 9.8, 0.4, np.hypot(0.5, 0.25)), 0.02, 99, 1e-3),
-    "crisp_push_t": Slider(*_friction(0.4, 1, 9.8, 0.4, 2.8 * T), 0.05, 49, 0.01, positions=1.0, sine_and_cosine=True),
-    "impact_box": Slider(
-        *_friction(0.5, 0.1, 9.81, 0.5, 0.5), 0.05, 50, 1e-3, sides=BOX_SIDES, place=lambda x, y: x**2 + y**2
+    "crisp_push_t": Slider(
+        *_friction(0.4, 1, 9.8, 0.4, 2.8 * 0.05), 0.05, 49, 0.01, positions=1.0, sine_and_cosine=True
     ),
-    "impact_push_t": Slider(*_friction(0.4, 0.1, 9.8, 0.4, 2.8 * T), 0.05, 50, 0.01, sides=T_SIDES, place=_of_t),
 }
-IMPACT = Cart(0.1, 0.2, 0.2, 0.02, 300, False, 5000.0, 5000.0, 1e-6, 1e-6)
 
 
 def cases() -> dict[str, dict[str, object]]:
@@ -311,13 +235,12 @@ def measure(result: Plan) -> dict[str, object]:
     row: dict[str, object] = {"missed": "; ".join(missed), "steps": len(result.controls["time"])}
     peers: Mapping[str, Cart | SoftWalls | Waiter] = {
         "crisp_transport": TRANSPORT,
-        "impact_cart": IMPACT,
         "c3_cart_pole": cart_pole(),
         "crisp_push_bot": push_bot(),
         "crisp_waiter": Waiter(),
     }
-    if result.status.solved and result.name in peers:
-        row["peer"], row["violation"] = peers[result.name].objective(result)
+    if result.status.solved and (peer := problem_of(result) or peers.get(result.name)):
+        row["peer"], row["violation"] = peer.objective(result)
     if result.status.solved and result.name in SLIDERS:
         x, y, pitch = (result.task["goal"]["configuration"][name] for name in ("root_x", "root_z", "root_pitch"))
         row["peer"], row["violation"] = SLIDERS[result.name].objective(result, [x, y, -pitch])
@@ -327,11 +250,8 @@ def measure(result: Plan) -> dict[str, object]:
 def _goal(plan: Plan) -> list[float]:
     """Return where cargo and cart should be at the end, and how fast, m and m/s."""
     goal = plan.task["goal"]
-    cart, speed = goal["configuration"].get("cart", 0.0), goal["velocity"].get("cart", 0.0)
-    if "cargo" in goal["frames"]:
-        own = goal["frames"]["cargo"]
-        return [own["position"][0], cart, own["velocity"][0], speed]
-    return [cart + goal["configuration"]["cargo"], cart, speed, speed]
+    cargo, moving = goal["frames"]["cargo"], goal["velocity"]
+    return [cargo["position"][0], goal["configuration"]["cart"], cargo["velocity"][0], moving["cart"]]
 
 
 def line(row: Row) -> list[str]:
@@ -357,14 +277,17 @@ def page_of(rows: list[Row]) -> str:
             "*Cost* is that of the task here, whose controls are constant over 20 to 40 intervals. *Peer's objective* "
             "is that of the peer's file, at its own steps and with its own cost, on the sequence of contacts, or of "
             "the sides that are pushed, that the plan has, with its largest *violation*: the optimum of a convex "
-            "problem, of `crisp_push_bot`, `crisp_waiter` and sliders what IPOPT finds from the plan. C3's cart-pole "
+            "problem, of `crisp_push_bot`, `crisp_waiter` and CRISP's sliders what IPOPT finds from the plan. Of "
+            "IMPACT's tasks it is what the MPCC solver finds from the plan, on whatever sequence. C3's cart-pole "
             "has a linear model there, in which its pole leans deeper into the wall, and CRISP's waiter a plate that "
             "only slides. The motions that CI-MPC's controllers follow cost 703 (hopper) and 409 (flamingo) by the "
-            "costs here. The peers report no objectives, and did not run here; their solvers stop at 1e-3 to 1e-5.",
+            "costs here. The peers report no objectives, and did not run here but for [IMPACT](#beside-impact); their "
+            "solvers stop at 1e-3 to 1e-5.",
             "",
             f"**{sum(map(solved, rows))} of {len(rows)} solved exactly.**",
             "",
             markdown_table(HEADER, [line(row) for row in rows]),
+            beside_impact(rows),
         ]
     )
 

@@ -1,0 +1,159 @@
+"""IMPACT's problems, posed anew: what a motion is worth, the T's sides, and its program's word beside the equations."""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from scripts.benchmarks import _impact_page
+from scripts.benchmarks._impact import MIDDLE, PROBLEMS, SQUARE
+from scripts.benchmarks.compare_impact import by_impact, main, motion_in
+
+CART, PUSH_T = (PROBLEMS[name] for name in ("impact_cart", "impact_push_t"))
+
+
+def _ridden(force: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return a cart that is pulled by a force, N, with its cargo at rest on it, by explicit Euler."""
+    k = np.arange(CART.steps + 1)
+    rate = force / 0.3
+    places, speeds = rate * CART.step**2 * k * (k - 1) / 2, rate * CART.step * k
+    controls = np.tile([0.1 * rate, force, 0.0, 0.0], (CART.steps, 1))
+    return np.column_stack([places, places, speeds, speeds]), controls
+
+
+def test_a_cargo_that_rests_on_its_cart_violates_nothing_and_costs_what_a_hand_sum_says() -> None:
+    """Both have the acceleration u / (m1 + m2) while friction m1 u / (m1 + m2) stays below its limit."""
+    states, controls = _ridden(0.3)
+    judged = CART.judged(states, controls)
+    assert max(judged.violation, judged.product) < 1e-12
+    place, speed = 0.02**2 * 300 * 299 / 2, 0.02 * 300
+    last = 5000 * ((place - 1) ** 2 + place**2 + 2 * speed**2)
+    assert judged.objective == pytest.approx(last + 1e-6 * 300 * (0.1**2 + 0.3**2))
+
+
+@pytest.mark.parametrize(
+    ("force", "at", "by", "violation", "product"),
+    [
+        (0.3, (slice(None), 0), 0.125, 0.125, 0.0),
+        (0.6186, (0, 0), 0.0, 0.01, 0.0),
+        (0.3, (slice(None), slice(0, 2)), 0.25, 0.25, 0.0),
+    ],
+)
+def test_what_is_wrong_is_measured(
+    force: float, at: tuple[object, object], by: float, violation: float, product: float
+) -> None:
+    """A start 0.125 m or 0.25 m off, and friction 0.01 N beyond 0.1962 N, are violations of just that."""
+    states, controls = _ridden(force)
+    states[at] += by
+    judged = CART.judged(states, controls)
+    assert judged.violation == pytest.approx(violation, abs=1e-9)
+    assert judged.product == pytest.approx(product, abs=1e-12)
+
+
+def test_slip_both_ways_is_a_product() -> None:
+    """Slips of 0.5 m/s forwards and backwards cancel in the equation, and their product 0.25 is what is wrong."""
+    states, controls = _ridden(0.3)
+    controls[7, 2:] = 0.5
+    judged = CART.judged(states, controls)
+    assert judged.violation < 1e-12
+    assert judged.product >= 0.25 - 1e-12
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_problem_and_judgement_agree_anywhere(name: str) -> None:
+    """The MPCC that is solved and the recomputation, written apart, have one objective and one violation."""
+    problem = PROBLEMS[name]
+    mpcc = problem.mpcc()
+    w = np.random.default_rng(1).normal(size=mpcc.size)
+    judged, residuals = problem.judged(*problem.parts(w)), mpcc.residuals(w)
+    assert judged.objective == pytest.approx(residuals.objective)
+    assert judged.violation == pytest.approx(residuals.constraint_violation)
+
+
+def test_places_on_a_side_of_the_t_have_no_gap_to_it_and_others_have() -> None:
+    """Of the middle of each side the gap to that side is zero, and every gap is at least zero anywhere on the T."""
+    top, under, foot = ((line - MIDDLE) * SQUARE for line in (4, 3, 0))
+    wide, narrow, between = 2 * SQUARE, SQUARE / 2, (3.5 - MIDDLE) * SQUARE
+    middles = [(0, top), (wide, between), (1.2 * SQUARE, under), (narrow, 0), (0, foot)]
+    middles += [(-narrow, 0), (-1.2 * SQUARE, under), (-wide, between)]
+    x, u = ca.SX.sym("x", 3), ca.SX.sym("u", PUSH_T.controls)
+    sides = ca.Function("sides", [x, u], [PUSH_T.stage(x, u).H[7:15], PUSH_T.stage(x, u).zero])
+
+    def gaps(place: tuple[float, ...]) -> np.ndarray:
+        beyond = -np.asarray(sides(np.zeros(3), np.r_[place, np.zeros(22)])[1]).ravel()
+        found, zero = sides(np.zeros(3), np.r_[place, np.zeros(8), np.maximum(beyond, 0), np.maximum(-beyond, 0)])
+        assert np.abs(np.asarray(zero)).max() < 1e-15
+        return np.asarray(found).ravel()
+
+    for k, middle in enumerate(middles):
+        assert np.abs(gaps(middle)[k]) < 1e-12
+    places = np.random.default_rng(2).uniform((-wide, foot), (wide, top), size=(50, 2))
+    assert min(gaps(tuple(place)).min() for place in places) > -1e-12
+
+
+def _program(folder: Path, objective: float) -> None:
+    """Write a program in the place of IMPACT's for the cart, which moves nothing and prints an objective."""
+    file = folder / CART.program
+    file.parent.mkdir()
+    rows = "\n".join(["0 0 0 0"] * 301) + "\n\n# Control Trajectory (f, u, v, w)\n" + "\n".join(["0 0 0 0"] * 300)
+    words = f"Converged: YES\nObjective value: {objective}\nTotal inner iterations: 7\nSolve time: 0.5 seconds\n"
+    script = f"""#!/bin/sh
+printf '# State Trajectory (x1, x2, x1_dot, x2_dot)\n{rows}\n' > "$9"
+printf '{words}'
+"""
+    file.write_text(script, encoding="utf-8")
+    file.chmod(file.stat().st_mode | stat.S_IXUSR)
+
+
+def test_a_program_that_prints_another_objective_than_its_motion_has_is_not_believed(tmp_path: Path) -> None:
+    """A cart that stays misses its goal by a metre, which costs 5000: what is printed has to say so."""
+    _program(tmp_path, 5000.0)
+    numbers, (states, controls) = by_impact(CART, tmp_path)
+    assert (numbers["objective"], numbers["missed"], numbers["iterations"]) == (5000.0, 1.0, 7)
+    assert (states.shape, controls.shape) == ((301, 4), (300, 4))
+    (tmp_path / CART.program).unlink()
+    (tmp_path / CART.program).parent.rmdir()
+    _program(tmp_path, 4900.0)
+    with pytest.raises(SystemExit, match="printed the objective 4900, expected 5000"):
+        by_impact(CART, tmp_path)
+
+
+def test_a_motion_is_read_as_it_is_written() -> None:
+    """States and controls come after their titles, a row a step, and other blocks are left out."""
+    text = "# Success\n1\n\n# State Trajectory (rows: a)\n0 1\n2 3\n\n# Control Trajectory (rows: b)\n4\n"
+    states, controls = motion_in(text)
+    assert states.tolist() == [[0, 1], [2, 3]]
+    assert controls.tolist() == [[4]]
+
+
+def test_a_case_that_is_not_there_is_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """An unknown case ends the command with the ones that there are."""
+    with pytest.raises(SystemExit):
+        main([str(tmp_path), "impact_bx"])
+    assert "found 'impact_bx', expected one of impact_cart" in capsys.readouterr().err
+
+
+def test_the_box_is_solved_exactly_and_below_what_impact_reports() -> None:
+    """From the same guess the MPCC solver ends at an exact, certified solution that costs less than 0.00795."""
+    found, judged = PROBLEMS["impact_box"].solved(PROBLEMS["impact_box"].mpcc())
+    assert found.solution.exact
+    assert found.certificate is not None
+    assert found.certificate.b_stationary == "certified"
+    assert max(judged.violation, judged.product) < 1e-9
+    assert judged.objective < _impact_page.known()["impact_box"]["impact"]["objective"]
+
+
+def test_the_page_says_of_the_runs_what_they_are() -> None:
+    """Every problem has its runs; IMPACT is faster, and the MPCC solver alone leaves the disk where it is."""
+    runs = _impact_page.known()
+    assert sorted(runs) == sorted(PROBLEMS)
+    for each in runs.values():
+        assert each["impact"]["solve_seconds"] < min(
+            each[tool]["solve_seconds"] for tool in ("mpcc", "mpcc_from_impact")
+        )
+    assert [name for name, each in runs.items() if not _impact_page.arrived(each["mpcc"])] == ["impact_disk"]
+    assert runs["impact_disk"]["mpcc"]["b_stationary"] == "certified"
