@@ -1,7 +1,7 @@
-"""CRISP's cart transport and pushed box as its files pose them, in its own steps, with all of their instances.
+"""CRISP's cart transport, pushed box and pushed T as its files pose them, in its own steps, with all instances.
 
-Source: github.com/ComputationalRobotics/CRISP at 9199a78, src/examples/{Transp,pushbox}; equations and weights are
-written here anew. The transport has the 27 instances of its baseline LCQPow, the box the 18 of its file.
+Source: github.com/ComputationalRobotics/CRISP at 9199a78, src/examples/{Transp,pushbox,pushT}; equations and weights
+are written here anew. The transport has the 27 instances of its baseline LCQPow, the box the 18 of its file.
 """
 
 from __future__ import annotations
@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
+import casadi as ca
 import numpy as np
 
 from fesd_robot.plans import Plan
-from scripts.benchmarks._peer_problems import Cargo, Problem, box_sides, planned_slider, pushed_box
+from scripts.benchmarks._peer_problems import Cargo, Problem, box_sides, planned_slider, planned_t, pushed_box, pushed_t
 
 CART = Cargo(cargo=1.0, cart=2.0, ahead=0.02)
 
@@ -35,6 +36,13 @@ GOALS = {
     for degrees, angle in ((degrees, np.radians(degrees)) for degrees in range(0, 360, 20))
 }
 """Case -> goal of the box: x, y and angle, m and rad."""
+
+
+def _turned(state: ca.SX, goal: ca.DM) -> ca.SX:
+    """Return the distance from a goal: of angles that of their cosines and of their sines."""
+    turn = ca.vertcat(ca.cos(state[2]) - ca.cos(goal[2]), ca.sin(state[2]) - ca.sin(goal[2]))
+    return ca.vertcat(state[:2] - goal[:2], turn)
+
 
 PROBLEMS: Mapping[str, Problem] = {
     **{
@@ -68,6 +76,20 @@ PROBLEMS: Mapping[str, Problem] = {
         )
         for case, goal in GOALS.items()
     },
+    "crisp_push_t": Problem(
+        program="crisp_push_t",
+        words=[],
+        stage=pushed_t(1.0),
+        start=(0.24722, 0.0141359, -2.95844),
+        goal=(0.036, -0.143, -2.637),
+        step=0.05,
+        weights=[0.0] * 2 + [0.01] * 8 + [0.0] * 14,
+        last=[100] * 4,
+        tracking=1.0,
+        distance=_turned,
+        guess=np.zeros((50, 3)),
+        planned=planned_t,
+    ),
 }
 
 
@@ -80,4 +102,4 @@ def problem_of(plan: Plan) -> Problem | None:
         return PROBLEMS[f"{plan.name}, {first:g} to {last:g} m, {speeds}"]
     if plan.name == "crisp_push_box":
         return PROBLEMS[f"{plan.name}, {-np.degrees(goal['configuration']['root_pitch']):.0f} degrees"]
-    return None
+    return PROBLEMS.get(plan.name)

@@ -20,10 +20,10 @@ from scripts.benchmarks._peer_problems import (
     Problem,
     Stage,
     box_sides,
-    exclusive,
     planned_slider,
+    planned_t,
     pushed_box,
-    slid,
+    pushed_t,
 )
 
 CART = Cargo(cargo=0.1, cart=0.2)
@@ -31,48 +31,8 @@ CART = Cargo(cargo=0.1, cart=0.2)
 BOX = (0.3, 0.4)
 """Half of width and height, m."""
 
-SQUARE, MIDDLE = 0.05, 2.6429
-"""Side of the seven squares of a T, m, and how many of them its middle is above its foot."""
-
 RADIUS, DRAG = 0.3, 0.1 * 9.81
 """Of the disk, m, and its friction on the table by its velocity, N s/m."""
-
-
-AROUND = (
-    ((0, 1, 2), 1.0),
-    ((0, 2, 3), 1.5),
-    ((2, 3, 4), 3.0),
-    ((3, 4, 5), 1.0),
-    ((2, 4, 5), 3.0),
-    ((2, 5, 6), 1.5),
-    ((1, 2, 6), 1.0),
-)
-"""Of each side of a T after the top: the sum of the distances from which lines is how many squares, least, on it."""
-
-
-def _lines(place: ca.SX | ca.DM) -> ca.SX | ca.DM:
-    """Return by how much a place on a T is to the right of, or above, the lines of its sides."""
-    x, y = place[0], place[1] + MIDDLE * SQUARE
-    return ca.vertcat(x - 2 * SQUARE, y - 4 * SQUARE, y - 3 * SQUARE, x - SQUARE / 2, y, x + SQUARE / 2, x + 2 * SQUARE)
-
-
-def _t(x: ca.SX, u: ca.SX) -> Stage:
-    """A T; u is the place of the force in its frame, eight forces at its sides, distances from its lines."""
-    force, distance = 0.4 * 0.1 * 9.8, u[10:17] + u[17:]
-    place, lam = u[:2], u[2:10]
-    top, foot = (4 - MIDDLE) * SQUARE, MIDDLE * SQUARE
-    gaps = [top - place[1]]
-    gaps += [ca.sum1(distance[list(three)]) - squares * SQUARE for three, squares in AROUND]
-    inwards = [sign * lam[i] for i, sign in enumerate((-1, -1, 1, -1, 1, 1, 1, 1))]
-    G, H = exclusive(inwards, gaps)
-    rate = slid(x, place, ca.sum1(lam[1::2]), ca.sum1(lam[::2]), force, force * 0.4 * 2.8 * SQUARE)
-    return Stage(
-        rate,
-        ca.vertcat(u[10:17], G),
-        ca.vertcat(u[17:], H),
-        u[10:17] - u[17:] - _lines(place),
-        ca.vertcat(place[0] + 2 * SQUARE, 2 * SQUARE - place[0], place[1] + foot, top - place[1]),
-    )
 
 
 def _disk(x: ca.SX, u: ca.SX) -> Stage:
@@ -83,14 +43,6 @@ def _disk(x: ca.SX, u: ca.SX) -> Stage:
     force = (-normal * arm + tangential * ca.vertcat(-arm[1], arm[0])) / distance
     cone = ca.vertcat(friction * normal - tangential, friction * normal + tangential)
     return Stage(ca.vertcat(force / DRAG, u[2:]), normal, distance - RADIUS, positive=cone)
-
-
-def _planned_t(times: np.ndarray, plan: Plan) -> Motion:
-    names = ("top", "cap_right", "under_right", "stem_right", "bottom", "stem_left", "under_left", "cap_left")
-    lines = SQUARE * np.array([4 - MIDDLE, 2, 3 - MIDDLE, 0.5, -MIDDLE, -0.5, 3 - MIDDLE, -2])
-    states, pushes = planned_slider(dict(zip(names, lines, strict=True)), times, plan)
-    beyond = np.array([np.asarray(ca.DM(_lines(ca.DM(push[:2])))).ravel() for push in pushes])
-    return states, np.hstack([pushes, np.maximum(beyond, 0), np.maximum(-beyond, 0)])
 
 
 def _planned_disk(times: np.ndarray, plan: Plan) -> Motion:
@@ -163,14 +115,14 @@ PROBLEMS: Mapping[str, Problem] = {
     "impact_push_t": Problem(
         program="push_t/push_t_impact_multiple",
         words=["0", "0", "0", "0.05", "0.05", "1.5708"],
-        stage=_t,
+        stage=pushed_t(0.1),
         start=(0, 0, 0),
         goal=(0.05, 0.05, 1.5708),
         step=0.05,
         weights=[1e-2] * 24,
         last=[100] * 3,
         guess=_line((0, 0, 0), (0.05, 0.05, 1.5708), 50),
-        planned=_planned_t,
+        planned=planned_t,
     ),
 }
 

@@ -33,15 +33,15 @@ SAME = 1e-4
 Runs = dict[str, Any]
 """Of a case: tool -> its numbers, the commit of the peer, the machine and its load."""
 
-BOTH = """Problems are posed here anew, in the peer's steps, with all of its pairs, its weights and its first guess. *Objective*
-and *violation* (of start, dynamics, rows, signs and products) are recomputed for all alike, and the objective that
-the peer prints agrees with them in its digits. The peer's *solve* is the time that it prints, without making the
-functions of the problem, *whole* that of its command; medians of three. *MPCC solver* is `solve_by_attempts(problem,
-further=4)` of `fesd_robot.mpcc` on the same problem from the same guess, to products of zero; its *solve* is that
-call, with derivatives and certificate, *whole* a process that imports the program, too; once. Its further homotopies
-are limited by the time of the first, so that another machine may find other solutions. *From the peer's end* is the
-same from the peer's solution. *From the plan* is the objective of the table above, and *plan* the seconds of the plan
-there, with search and audit. *(no)* stands where a tool does not call it solved."""
+BOTH = """Problems are posed here anew, in the peer's steps, with all of its pairs, its weights and its first guess.
+*Objective* and *violation* (of start, dynamics, rows, signs and products) are recomputed for all alike, and the
+objective that the peer prints agrees with them in its digits. The peer's *solve* is the time that it prints, without
+making the functions of the problem, *whole* that of its command; medians of three. *MPCC solver* is
+`solve_by_attempts(problem, further=4)` of `fesd_robot.mpcc` on the same problem from the same guess, to products of
+zero; its *solve* is that call, with derivatives and certificate, *whole* a process that imports the program, too;
+once. Its further homotopies are limited by the time of the first, so that another machine may find other solutions.
+*From the peer's end* is the same from the peer's solution. *From the plan* is the objective of the table above, and
+*plan* the seconds of the plan there, with search and audit. *(no)* stands where a tool does not call it solved."""
 
 TEXTS = {
     "impact": (
@@ -56,11 +56,12 @@ TEXTS = {
         "CRISP",
         "[CRISP](https://github.com/ComputationalRobotics/CRISP) at {commit} ran here from zero at the settings of "
         "its example files, compiled with -O3, PIQP 0.5.0, by `python scripts/benchmarks/compare_peers.py crisp "
-        "CRISP/run`, on {machine}, with other work (load {load}). It stops at 1e-6; functions that it "
-        "has compiled before are not in its times. Its files solve one instance each, `0.5 to -0.5 m, -4 to -2 m/s` "
-        "and `240 degrees`; the others have the same settings here, and its authors may know better ones. Where its "
-        "objective of the transport is far above the others it misses the goal. Of boxes from 220 degrees on the MPCC "
-        "solver alone finds solutions that cost twice as much as CRISP's; plans do not.",
+        "CRISP/run`, on {machine}, with other work (load {load}). It stops at 1e-6, of the T at 1e-3; "
+        "functions that it has compiled before are not in its times. Its files solve one instance each, of the others "
+        "`0.5 to -0.5 m, -4 to -2 m/s` and `240 degrees`; the rest has their settings here, and its authors may know "
+        "better ones. Where its objective of the transport is far above the others it misses the goal. Of boxes from "
+        "220 degrees on the MPCC solver alone finds solutions that cost up to three times as much as CRISP's; plans do "
+        "not.",
     ),
 }
 """Peer -> its name, and what is said of its runs."""

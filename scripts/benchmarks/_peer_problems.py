@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -49,7 +50,7 @@ class Judged:
         objective: of the problem.
         violation: largest of dynamics, start, equations and inequalities, sides of pairs below zero included.
         product: largest |G H|.
-        missed: distance of the last state from the goal, in its own units.
+        missed: d of the last state, in its own units.
     """
 
     objective: float
@@ -65,7 +66,9 @@ def _nothing(_: ca.SX) -> ca.SX:
 
 @dataclass(frozen=True)
 class Problem:
-    """min sum last (x_N - goal)^2 + sum weights u_k^2, x_k+1 = x_k + step rate(x_k, u_k), 0 <= G and H complementary.
+    """min sum last d(x_N)^2 + sum over k of (weights u_k^2 + tracking d(x_k)^2), 0 <= G and H >= 0 complementary.
+
+    States follow each other by x_k+1 = x_k + step rate(x_k, u_k); d is the distance from the goal.
 
     Attributes:
         program: the peer's own for this problem.
@@ -74,7 +77,9 @@ class Problem:
         start, goal: states.
         step: s.
         weights: of the squared controls of a step.
-        last: of the squared distances of the last state from the goal.
+        last: of the squared distances of the last state.
+        tracking: of the squared distances of all others.
+        distance: (state, goal) -> d; their difference if omitted.
         guess: states that the peer begins from, (steps + 1, n); its controls are zero.
         ends: state -> what is at least 0 in the last state.
         planned: (times, plan) -> motion of a plan of ours, of which the equations hold nearly.
@@ -89,6 +94,8 @@ class Problem:
     weights: Sequence[float]
     last: Sequence[float]
     guess: np.ndarray
+    tracking: float = 0.0
+    distance: Callable[[ca.SX, ca.DM], ca.SX] = operator.sub
     ends: Callable[[ca.SX], ca.SX] = _nothing
     planned: Callable[[np.ndarray, Plan], Motion] | None = None
 
@@ -107,8 +114,10 @@ class Problem:
         defects = [x[:, k + 1] - x[:, k] - self.step * one.rate for k, one in enumerate(stages)]
         zero = ca.vertcat(x[:, 0] - ca.DM(list(self.start)), *defects, *(one.zero for one in stages))
         positive = ca.vertcat(*(one.positive for one in stages), self.ends(x[:, -1]))
-        cost = ca.dot(ca.DM(list(self.last)), (x[:, -1] - ca.DM(list(self.goal))) ** 2)
-        cost += ca.dot(ca.DM(list(self.weights)), ca.sum2(u**2))
+        away = [self.distance(x[:, k], ca.DM(list(self.goal))) for k in range(self.steps + 1)]
+        cost = ca.dot(ca.DM(list(self.last)), away[-1] ** 2) + ca.dot(ca.DM(list(self.weights)), ca.sum2(u**2))
+        if self.tracking:
+            cost += self.tracking * ca.sumsqr(ca.horzcat(*away[:-1]))
         above = np.concatenate([np.zeros(zero.numel()), np.full(positive.numel(), np.inf)])
         return Mpcc.from_expressions(
             ca.vertcat(ca.vec(x), ca.vec(u)),
@@ -159,15 +168,16 @@ class Problem:
         outputs = [stage.rate, stage.G, stage.H, stage.zero, stage.positive]
         values = ca.Function("stage", [x, u], outputs).map(self.steps)(states[:-1].T, controls.T)
         rate, G, H, zero, positive = (np.asarray(value).T for value in values)
-        ends = np.asarray(ca.Function("ends", [x], [self.ends(x)])(states[-1]))
+        of_states = ca.Function("of_states", [x], [self.distance(x, ca.DM(list(self.goal))), self.ends(x)])
+        away, ends = (np.asarray(value).T for value in of_states.map(self.steps + 1)(states.T))
         defects = np.diff(states, axis=0) - self.step * rate
         equations = [np.abs(part).max(initial=0.0) for part in (states[0] - np.array(self.start), defects, zero)]
-        missed = states[-1] - np.array(self.goal)
+        effort = np.sum(controls**2 @ np.array(self.weights)) + self.tracking * np.sum(away[:-1] ** 2)
         return Judged(
-            float(np.dot(self.last, missed**2) + np.sum(controls**2 @ np.array(self.weights))),
-            float(max(*equations, *((-part).max(initial=0.0) for part in (G, H, positive, ends)))),
+            float(np.dot(self.last, away[-1] ** 2) + effort),
+            float(max(*equations, *((-part).max(initial=0.0) for part in (G, H, positive, ends[-1])))),
             float(np.abs(G * H).max()),
-            tuple(missed.tolist()),
+            tuple(away[-1].tolist()),
         )
 
 
@@ -255,6 +265,54 @@ def _box(width: float, height: float, force: float, torque: float, x: ca.SX, u: 
     return Stage(slid(x, place, right + left, up + down, force, torque), *exclusive([up, right, -down, -left], gaps))
 
 
+SQUARE, MIDDLE = 0.05, 2.6429
+"""Side of the seven squares of a T, m, and how many of them its middle is above its foot."""
+
+AROUND = (
+    ((0, 1, 2), 1.0),
+    ((0, 2, 3), 1.5),
+    ((2, 3, 4), 3.0),
+    ((3, 4, 5), 1.0),
+    ((2, 4, 5), 3.0),
+    ((2, 5, 6), 1.5),
+    ((1, 2, 6), 1.0),
+)
+"""Of each side of a T after the top: the sum of the distances from which lines is how many squares, least, on it."""
+
+
+def _lines(place: ca.SX | ca.DM) -> ca.SX | ca.DM:
+    """Return by how much a place on a T is to the right of, or above, the lines of its sides."""
+    x, y = place[0], place[1] + MIDDLE * SQUARE
+    return ca.vertcat(x - 2 * SQUARE, y - 4 * SQUARE, y - 3 * SQUARE, x - SQUARE / 2, y, x + SQUARE / 2, x + 2 * SQUARE)
+
+
+def pushed_t(mass: float) -> Callable[[ca.SX, ca.SX], Stage]:
+    """Return the stage of a T of a mass, kg, that is pushed at one of its sides at a time.
+
+    Controls are the place of the force in its frame, eight forces at its sides, and its distances from seven lines:
+    to the right or above, and to the left or below.
+    """
+    return partial(_t, 0.4 * mass * 9.8)
+
+
+def _t(force: float, x: ca.SX, u: ca.SX) -> Stage:
+    distance = u[10:17] + u[17:]
+    place, lam = u[:2], u[2:10]
+    top, foot = (4 - MIDDLE) * SQUARE, MIDDLE * SQUARE
+    gaps = [top - place[1]]
+    gaps += [ca.sum1(distance[list(three)]) - squares * SQUARE for three, squares in AROUND]
+    inwards = [sign * lam[i] for i, sign in enumerate((-1, -1, 1, -1, 1, 1, 1, 1))]
+    G, H = exclusive(inwards, gaps)
+    rate = slid(x, place, ca.sum1(lam[1::2]), ca.sum1(lam[::2]), force, force * 0.4 * 2.8 * SQUARE)
+    return Stage(
+        rate,
+        ca.vertcat(u[10:17], G),
+        ca.vertcat(u[17:], H),
+        u[10:17] - u[17:] - _lines(place),
+        ca.vertcat(place[0] + 2 * SQUARE, 2 * SQUARE - place[0], place[1] + foot, top - place[1]),
+    )
+
+
 def box_sides(width: float, height: float) -> Mapping[str, float]:
     """Return sides of a box -> their coordinates across, m, of half of its width and height."""
     return {"bottom": -height, "left": -width, "top": height, "right": width}
@@ -276,3 +334,12 @@ def planned_slider(sides: Mapping[str, float], times: np.ndarray, plan: Plan) ->
         control[:2] = (arm / across, sides[push.side]) if across else (sides[push.side], -arm / along)
         control[2 + list(sides).index(push.side)] = push.force * (along + across)
     return slider_states(plan, times), controls
+
+
+def planned_t(times: np.ndarray, plan: Plan) -> Motion:
+    """Return the motion of a plan of a T, at some times, s."""
+    names = ("top", "cap_right", "under_right", "stem_right", "bottom", "stem_left", "under_left", "cap_left")
+    lines = SQUARE * np.array([4 - MIDDLE, 2, 3 - MIDDLE, 0.5, -MIDDLE, -0.5, 3 - MIDDLE, -2])
+    states, pushes = planned_slider(dict(zip(names, lines, strict=True)), times, plan)
+    beyond = np.array([np.asarray(ca.DM(_lines(ca.DM(push[:2])))).ravel() for push in pushes])
+    return states, np.hstack([pushes, np.maximum(beyond, 0), np.maximum(-beyond, 0)])

@@ -1,11 +1,9 @@
-"""What problems of peers take from plans, and the optimum of a smooth one."""
+"""What problems of peers take from plans."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from fesd_robot.plans import Plan
@@ -51,12 +49,3 @@ def cargo_states(plan: Plan, times: np.ndarray) -> np.ndarray:
         [np.asarray(of[name]) for name in ("cart", "cargo")] for of in (at.configuration, at.velocity)
     )
     return np.column_stack([cart + cargo, cart, speed + slide, speed])
-
-
-def optimum(problem: dict[str, ca.SX], numbers: dict[str, np.ndarray]) -> tuple[float, float]:
-    """Return the objective of IPOPT's solution of a smooth problem, and its largest violation of a row."""
-    options: dict[str, Any] = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}}
-    result = ca.nlpsol("peer", "ipopt", problem, options)(**numbers)
-    g = np.asarray(result["g"]).ravel()
-    beyond = np.maximum(numbers["lbg"] - g, g - numbers["ubg"]).max()
-    return float(result["f"]), float(max(beyond, 0.0))

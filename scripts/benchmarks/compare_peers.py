@@ -26,7 +26,7 @@ compiles functions of its own when a program runs for the first time, into the f
     git clone https://github.com/ComputationalRobotics/CRISP
     git -C CRISP checkout 9199a78e9e6f6b82b2f5ef780a7bd037076960d1
     mkdir CRISP/run
-    for TASK in TRANSPORT PUSH_BOX
+    for TASK in TRANSPORT PUSH_BOX PUSH_T
     do g++ -std=c++14 -O3 -march=native -DNDEBUG -D$TASK -ICRISP/src -ICRISP/src/core/include -I/usr/include/eigen3
        scripts/benchmarks/compare/crisp_instances.cpp CRISP/src/core/src/cppad_core/CppAdInterface.cpp
        -o CRISP/run/crisp_${TASK,,} -lboost_filesystem -lboost_system -lyaml-cpp -ldl
@@ -97,11 +97,23 @@ def impact_motion(problem: Problem, text: str) -> Motion:
 
 
 def crisp_motion(problem: Problem, text: str) -> Motion:
-    """Return the motion in all variables of CRISP, step by step; of the transport, slips precede forces there."""
+    """Return the motion in all variables of CRISP, step by step; places on lines and slips precede forces there.
+
+    Its T has an angle of which sine and cosine alone are given at the start: it counts from there.
+    """
     values = np.array(text.split(), float).reshape(problem.steps + 1, -1)
     states, controls = np.split(values, [len(problem.start)], axis=1)
-    return states, controls[:-1, [2, 3, 0, 1]] if problem.program == "crisp_transport" else controls[:-1]
+    states[:, -1] -= TURN * np.round((states[0, -1] - problem.start[-1]) / TURN) * (problem.program == "crisp_push_t")
+    return states, controls[:-1, CRISP_CONTROLS.get(problem.program, slice(None))]
 
+
+TURN = 2 * np.pi
+
+CRISP_CONTROLS: Mapping[str, list[int]] = {
+    "crisp_transport": [2, 3, 0, 1],
+    "crisp_push_t": [0, 1, *range(16, 24), *range(2, 16, 2), *range(3, 16, 2)],
+}
+"""Where the controls of a problem here are among the variables of a step of CRISP, after the states."""
 
 PEERS: Mapping[str, Peer] = {
     "impact": Peer(

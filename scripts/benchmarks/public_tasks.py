@@ -26,7 +26,6 @@ from fesd_robot.plans.tables import markdown_table
 from fesd_robot.sweeps.planned import planned
 from scripts.benchmarks import _crisp, _impact
 from scripts.benchmarks._peer_page import beside_peers
-from scripts.benchmarks._push_t import PushT
 from scripts.benchmarks._soft_walls import SoftWalls, cart_pole, push_bot
 from scripts.benchmarks._waiter import Waiter
 from scripts.tools.arguments import ROOT, machine
@@ -78,10 +77,9 @@ def measure(result: Plan) -> dict[str, object]:
     assert result.outcome is not None
     missed = (miss_words(result.outcome, kind) for kind in ("position", "velocity"))
     row: dict[str, object] = {"missed": "; ".join(missed), "steps": len(result.controls["time"])}
-    peers: Mapping[str, SoftWalls | Waiter | PushT] = {
+    peers: Mapping[str, SoftWalls | Waiter] = {
         "c3_cart_pole": cart_pole(),
         "crisp_push_bot": push_bot(),
-        "crisp_push_t": PushT(),
         "crisp_waiter": Waiter(),
     }
     peer = _impact.problem_of(result) or _crisp.problem_of(result) or peers.get(result.name)
@@ -112,7 +110,7 @@ def page_of(rows: list[Row]) -> str:
             "",
             "*Cost* is that of the task here, whose controls are constant over 20 to 40 intervals. *Peer's objective* "
             "is that of the peer's file, at its own steps and with its own cost, with its largest *violation*: of "
-            "`crisp_transport`, `crisp_push_box` and IMPACT's tasks an exact solution that the MPCC solver finds from "
+            "CRISP's transport and sliders and of IMPACT's tasks an exact solution that the MPCC solver finds from "
             "the plan, of the others what IPOPT finds on the plan's sequence of contacts. C3's cart-pole "
             "has a linear model there, in which its pole leans deeper into the wall, and CRISP's waiter a plate that "
             "only slides. The motions that CI-MPC's controllers follow cost 703 (hopper) and 409 (flamingo) by the "
