@@ -5,263 +5,31 @@
     python scripts/benchmarks/public_tasks.py --redraw           # nothing anew
 
 Writes docs/results/public_tasks.md. Where the peer's problem is a cargo on a cart, a pole between soft walls, a plate
-on a table, or a slider that is pushed at one side at a time, it is posed here, too, in the peer's steps and with its
-cost, and solved on the sequence of contacts, or of sides, that the plan has. Exit code 1 if one is not solved.
+on a table, a disk, or a slider that is pushed at one side at a time, it is posed here, too, in the peer's steps and
+with its cost, and solved from the plan. Exit code 1 if one is not solved.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import partial
-from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import casadi as ca
 import numpy as np
 
 from fesd_robot.plans import Plan
 from fesd_robot.plans.outcome_words import miss_words
 from fesd_robot.plans.tables import markdown_table
 from fesd_robot.sweeps.planned import planned
+from scripts.benchmarks import _crisp, _impact
+from scripts.benchmarks._peer_page import beside_peers
 from scripts.benchmarks._soft_walls import SoftWalls, cart_pole, push_bot
 from scripts.benchmarks._waiter import Waiter
 from scripts.tools.arguments import ROOT, machine
 from scripts.tools.table import PROGRAM_IS, Row, Table, solved
-
-GRAVITY = 9.81
-STILL = 1e-3
-"""m/s; below it the cargo lies still on its cart."""
-
-
-@dataclass(frozen=True)
-class Cart:
-    """A peer's problem of a cargo on a cart: x1' = v1, x2' = v2, m1 v1' = f, m2 v2' = u - f, |f| <= mu m1 g.
-
-    Attributes:
-        cargo, cart: masses m1 and m2, kg.
-        friction: mu.
-        step: s.
-        steps: how many.
-        semi_implicit: whether positions follow from the velocity after a step, not before it.
-        positions, velocities: weights of the squared distances from the goal at the end.
-        control: weight of f^2 + u^2 at every step.
-        slip: the same of the squared relative velocity.
-    """
-
-    cargo: float
-    cart: float
-    friction: float
-    step: float
-    steps: int
-    semi_implicit: bool
-    positions: float
-    velocities: float
-    control: float
-    slip: float = 0.0
-
-    def objective(self, plan: Plan) -> tuple[float, float]:
-        """Return the peer's objective and its largest violation on the sequence of stick and slip of a plan.
-
-        The problem is convex where that is given: its optimum is the only one.
-
-        Args:
-            plan: of the task, with the goal x1, x2, v1, v2, m and m/s.
-        """
-        goal = _goal(plan)
-        states = _states(plan, self.step * np.arange(self.steps + 1))
-        x, f, u = ca.SX.sym("x", 4, self.steps + 1), ca.SX.sym("f", self.steps), ca.SX.sym("u", self.steps)
-        limit, h = self.friction * self.cargo * GRAVITY, self.step
-        rows, lower, upper = list[ca.SX](), list[float](), list[float]()
-        low, high = np.full(self.steps, -limit), np.full(self.steps, limit)
-        for k in range(self.steps):
-            speeds = x[2:, k] + h * ca.vertcat(f[k] / self.cargo, (u[k] - f[k]) / self.cart)
-            places = x[:2, k] + h * (speeds if self.semi_implicit else x[2:, k])
-            rows.append(x[:, k + 1] - ca.vertcat(places, speeds))
-            lower, upper = lower + [0.0] * 4, upper + [0.0] * 4
-            relative = states[k, 2] - states[k, 3]
-            slide = float(np.sign(relative)) if abs(relative) > STILL else 0.0
-            rows.append(x[2, k] - x[3, k])
-            lower.append(0.0 if slide >= 0 else -np.inf)
-            upper.append(0.0 if slide <= 0 else np.inf)
-            if slide:
-                low[k] = high[k] = -slide * limit
-        rows.append(x[0, :].T - x[1, :].T)
-        lower, upper = lower + [-1.0] * (self.steps + 1), upper + [1.0] * (self.steps + 1)
-        end = x[:, -1] - ca.DM(goal)
-        cost = self.positions * ca.sumsqr(end[:2]) + self.velocities * ca.sumsqr(end[2:])
-        cost += self.control * (ca.sumsqr(f) + ca.sumsqr(u)) + self.slip * ca.sumsqr(x[2, :-1] - x[3, :-1])
-        w = ca.vertcat(ca.vec(x), f, u)
-        free = np.full(4 * self.steps, np.inf)
-        return _optimum(
-            {"x": w, "f": cost, "g": ca.vertcat(*rows)},
-            {
-                "lbx": np.concatenate([states[0], -free, low, np.full(self.steps, -np.inf)]),
-                "ubx": np.concatenate([states[0], free, high, np.full(self.steps, np.inf)]),
-                "lbg": np.array(lower),
-                "ubg": np.array(upper),
-            },
-        )
-
-
-def _optimum(problem: dict[str, ca.SX], numbers: dict[str, np.ndarray]) -> tuple[float, float]:
-    """Return the objective of IPOPT's solution of a smooth problem, and its largest violation of a row."""
-    options: dict[str, Any] = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}}
-    result = ca.nlpsol("peer", "ipopt", problem, options)(**numbers)
-    g = np.asarray(result["g"]).ravel()
-    beyond = np.maximum(numbers["lbg"] - g, g - numbers["ubg"]).max()
-    return float(result["f"]), float(max(beyond, 0.0))
-
-
-@dataclass(frozen=True)
-class Slider:
-    """A peer's problem of a slider without inertia, whose velocity is the force on it divided by a number.
-
-    At every step a normal force acts at a place of one side; positions follow from the state before the step.
-
-    Attributes:
-        force, torque: force by velocity, N s/m, and torque by angular velocity, N m s.
-        step: s.
-        steps: how many.
-        control: weight of the squared force at every step.
-        positions: weight of the squared distance from the goal at every step.
-        sine_and_cosine: whether a distance of angles is that of their sines and cosines.
-        sides: name of a side -> its coordinate across, m; only where places have a cost.
-        place: x and y of the place of the force, m -> what its weight, that of the force, is multiplied with.
-        terminal: weight of the squared distance from the goal at the end.
-    """
-
-    force: float
-    torque: float
-    step: float
-    steps: int
-    control: float
-    positions: float = 0.0
-    sine_and_cosine: bool = False
-    sides: Mapping[str, float] | None = None
-    place: Callable[[ca.SX, ca.SX], ca.SX] | None = None
-    terminal: float = 100.0
-
-    def objective(self, plan: Plan, goal: Sequence[float]) -> tuple[float, float]:
-        """Return the peer's objective and its largest violation on the sequence of sides of a plan, begun from it.
-
-        Args:
-            plan: of the task.
-            goal: x, y and angle, m and rad.
-        """
-        times = self.step * np.arange(self.steps + 1)
-        at = plan.at(np.minimum(times, plan.trajectory.time[-1])).configuration
-        states = np.array([at["root_x"], at["root_z"], -np.asarray(at["root_pitch"])])
-        pushes = [self._push(plan, float(time)) for time in times[:-1] + self.step / 2]
-        x, f, arm = ca.SX.sym("x", 3, self.steps + 1), ca.SX.sym("f", self.steps), ca.SX.sym("arm", self.steps)
-        rows, cost = [x[:, 0] - ca.DM(states[:, 0])], self.terminal * self._distance(x[:, -1], goal)
-        for k, push in enumerate(pushes):
-            cosine, sine = ca.cos(x[2, k]), ca.sin(x[2, k])
-            along, across = push.direction
-            speed = f[k] / self.force * ca.vertcat(cosine * along - sine * across, sine * along + cosine * across)
-            rate = ca.vertcat(speed, f[k] * arm[k] / self.torque)
-            rows.append(x[:, k + 1] - x[:, k] - self.step * rate)
-            cost += self.control * f[k] ** 2 + self.positions * self._distance(x[:, k], goal)
-            if self.place is not None and self.sides is not None:
-                fixed = ca.SX(self.sides[push.side])
-                where = (arm[k] / across, fixed) if across else (fixed, -arm[k] / along)
-                cost += self.control * self.place(*where)
-        arms, zero = np.array([push.arms for push in pushes]), np.zeros(3 * (self.steps + 1))
-        free, force = np.full(3 * (self.steps + 1), np.inf), np.array([push.force for push in pushes])
-        start = np.clip([push.arm for push in pushes], arms[:, 0], arms[:, 1])
-        return _optimum(
-            {"x": ca.vertcat(ca.vec(x), f, arm), "f": cost, "g": ca.vertcat(*rows)},
-            {
-                "x0": np.concatenate([states.T.ravel(), force, start]),
-                "lbx": np.concatenate([-free, np.zeros(self.steps), arms[:, 0]]),
-                "ubx": np.concatenate([free, np.full(self.steps, np.inf), arms[:, 1]]),
-                "lbg": zero,
-                "ubg": zero,
-            },
-        )
-
-    def _distance(self, state: ca.SX, goal: Sequence[float]) -> ca.SX:
-        """Return a squared distance."""
-        if not self.sine_and_cosine:
-            return ca.sumsqr(state - ca.DM(list(goal)))
-        turn = ca.vertcat(ca.cos(state[2]) - np.cos(goal[2]), ca.sin(state[2]) - np.sin(goal[2]))
-        return ca.sumsqr(state[:2] - ca.DM(list(goal[:2]))) + ca.sumsqr(turn)
-
-    def _push(self, plan: Plan, time: float) -> _Push:
-        """Return what a plan pushes with at a time, s."""
-        k = int(np.searchsorted(plan.controls["time"], time, side="right")) - 1
-        (sets,), actuators = plan.task["robot"]["one_at_a_time"].values(), plan.task["robot"]["actuators"]
-        found = []
-        for side, names in sets.items():
-            forces = [plan.controls[name][k] for name in names]
-            arms = [-actuators[name]["force"]["root_pitch"] for name in names]
-            total = sum(forces)
-            arm = float(np.dot(forces, arms)) / total if total else float(np.mean(arms))
-            words = [actuators[names[0]]["force"][name] for name in ("root_x", "root_z")]
-            direction = tuple(0.0 if "sin" in word else -1.0 if word.startswith("-") else 1.0 for word in words)
-            found.append(_Push(side, float(total), arm, (min(arms), max(arms)), direction))
-        return max(found, key=lambda push: push.force)
-
-
-@dataclass(frozen=True)
-class _Push:
-    """A force, N, at a side of a slider: its arm and the least and the largest there, m, and its direction."""
-
-    side: str
-    force: float
-    arm: float
-    arms: tuple[float, float]
-    direction: tuple[float, ...]
-
-
-def _states(plan: Plan, times: np.ndarray) -> np.ndarray:
-    """Return places and velocities of cargo and cart, m and m/s, (n, 4)."""
-    at = plan.at(np.minimum(times, plan.trajectory.time[-1]))
-    (cart, cargo), (speed, slide) = (
-        [np.asarray(of[name]) for name in ("cart", "cargo")] for of in (at.configuration, at.velocity)
-    )
-    return np.column_stack([cart + cargo, cart, speed + slide, speed])
-
-
-TRANSPORT = Cart(1.0, 2.0, 0.2, 0.02, 199, True, 1e5, 10.0, 1e-4)
-
-T, T_MIDDLE = 0.05, 2.6429
-"""Size of the seven squares of a T, m, and how many of them its middle is above its foot."""
-
-T_SIDES = dict(
-    zip(
-        ("top", "cap_right", "under_right", "stem_right", "bottom", "stem_left", "under_left", "cap_left"),
-        T * np.array([4 - T_MIDDLE, 2, 3 - T_MIDDLE, 0.5, -T_MIDDLE, -0.5, 3 - T_MIDDLE, -2]),
-        strict=True,
-    )
-)
-BOX_SIDES = {"bottom": -0.4, "top": 0.4, "left": -0.3, "right": 0.3}
-
-
-def _of_t(x: ca.SX, y: ca.SX) -> ca.SX:
-    """Return the squares of a place on a T, and of its distances from the lines of the sides."""
-    lines = [x - T * line for line in (2, 0.5, -0.5, -2)] + [y - T * (line - T_MIDDLE) for line in (4, 3, 0)]
-    return x**2 + y**2 + ca.sumsqr(ca.vertcat(*lines))
-
-
-def _friction(coefficient: float, mass: float, gravity: float, part: float, radius: float) -> tuple[float, float]:
-    """Return force by velocity and torque by angular velocity of a slider."""
-    force = coefficient * mass * gravity
-    return force, force * part * radius
-
-
-SLIDERS: Mapping[str, Slider] = {
-    "crisp_push_box": Slider(*_friction(0.5, 1, 9.8, 0.4, np.hypot(0.5, 0.25)), 0.02, 99, 1e-3),
-    "crisp_push_t": Slider(*_friction(0.4, 1, 9.8, 0.4, 2.8 * T), 0.05, 49, 0.01, positions=1.0, sine_and_cosine=True),
-    "impact_box": Slider(
-        *_friction(0.5, 0.1, 9.81, 0.5, 0.5), 0.05, 50, 1e-3, sides=BOX_SIDES, place=lambda x, y: x**2 + y**2
-    ),
-    "impact_push_t": Slider(*_friction(0.4, 0.1, 9.8, 0.4, 2.8 * T), 0.05, 50, 0.01, sides=T_SIDES, place=_of_t),
-}
-IMPACT = Cart(0.1, 0.2, 0.2, 0.02, 300, False, 5000.0, 5000.0, 1e-6, 1e-6)
 
 
 def cases() -> dict[str, dict[str, object]]:
@@ -309,29 +77,15 @@ def measure(result: Plan) -> dict[str, object]:
     assert result.outcome is not None
     missed = (miss_words(result.outcome, kind) for kind in ("position", "velocity"))
     row: dict[str, object] = {"missed": "; ".join(missed), "steps": len(result.controls["time"])}
-    peers: Mapping[str, Cart | SoftWalls | Waiter] = {
-        "crisp_transport": TRANSPORT,
-        "impact_cart": IMPACT,
+    peers: Mapping[str, SoftWalls | Waiter] = {
         "c3_cart_pole": cart_pole(),
         "crisp_push_bot": push_bot(),
         "crisp_waiter": Waiter(),
     }
-    if result.status.solved and result.name in peers:
-        row["peer"], row["violation"] = peers[result.name].objective(result)
-    if result.status.solved and result.name in SLIDERS:
-        x, y, pitch = (result.task["goal"]["configuration"][name] for name in ("root_x", "root_z", "root_pitch"))
-        row["peer"], row["violation"] = SLIDERS[result.name].objective(result, [x, y, -pitch])
+    peer = _impact.problem_of(result) or _crisp.problem_of(result) or peers.get(result.name)
+    if result.status.solved and peer is not None:
+        row["peer"], row["violation"] = peer.objective(result)
     return row
-
-
-def _goal(plan: Plan) -> list[float]:
-    """Return where cargo and cart should be at the end, and how fast, m and m/s."""
-    goal = plan.task["goal"]
-    cart, speed = goal["configuration"].get("cart", 0.0), goal["velocity"].get("cart", 0.0)
-    if "cargo" in goal["frames"]:
-        own = goal["frames"]["cargo"]
-        return [own["position"][0], cart, own["velocity"][0], speed]
-    return [cart + goal["configuration"]["cargo"], cart, speed, speed]
 
 
 def line(row: Row) -> list[str]:
@@ -355,16 +109,18 @@ def page_of(rows: list[Row]) -> str:
             f"default settings, exactly, and audited, on {machine()} that did other work, too. {PROGRAM_IS}",
             "",
             "*Cost* is that of the task here, whose controls are constant over 20 to 40 intervals. *Peer's objective* "
-            "is that of the peer's file, at its own steps and with its own cost, on the sequence of contacts, or of "
-            "the sides that are pushed, that the plan has, with its largest *violation*: the optimum of a convex "
-            "problem, of `crisp_push_bot`, `crisp_waiter` and sliders what IPOPT finds from the plan. C3's cart-pole "
+            "is that of the peer's file, at its own steps and with its own cost, with its largest *violation*: of "
+            "CRISP's transport and sliders and of IMPACT's tasks an exact solution that the MPCC solver finds from "
+            "the plan, of the others what IPOPT finds on the plan's sequence of contacts. C3's cart-pole "
             "has a linear model there, in which its pole leans deeper into the wall, and CRISP's waiter a plate that "
             "only slides. The motions that CI-MPC's controllers follow cost 703 (hopper) and 409 (flamingo) by the "
-            "costs here. The peers report no objectives, and did not run here; their solvers stop at 1e-3 to 1e-5.",
+            "costs here. The peers report no objectives, and did not run here but for [two](#peers-that-ran-here); "
+            "their solvers stop at 1e-3 to 1e-5.",
             "",
             f"**{sum(map(solved, rows))} of {len(rows)} solved exactly.**",
             "",
             markdown_table(HEADER, [line(row) for row in rows]),
+            beside_peers(rows),
         ]
     )
 
