@@ -16,7 +16,6 @@ from fesd_robot.phases.acting import acting_along, each_alone, with_acting
 from fesd_robot.phases.gait import gait_images
 from fesd_robot.phases.sequence import SIDES, Phase, Sequence, flying, hits, joined, landings, stuck, with_mode
 from fesd_robot.phases.stepping import steppings
-from fesd_robot.task import Line
 
 SAMPLES = 4
 """Of the guess, in the time of a control interval."""
@@ -268,7 +267,7 @@ def _guessed(motion: MotionProblem, guess: Guess) -> Iterator[Sequence]:
 
 def _straight(motion: MotionProblem) -> bool:
     """Whether the guess is the straight line from start to goal, which knows no flight, whatever it passes over."""
-    return isinstance(motion.task.reference, Line) and motion.task.solver.warm_start is None
+    return motion.task.reference.type == "line" and motion.task.solver.warm_start is None
 
 
 def _compressed(motion: MotionProblem, guess: Guess, own: Sequence) -> Sequence:

@@ -68,7 +68,8 @@ def cases() -> dict[str, dict[str, object]]:
         }
     for name in ("crisp_push_t", "impact_box", "impact_disk", "impact_push_t"):
         found[name] = {"task": str(folder / f"{name}.yaml")}
-    found["idto_spinner"] = {"task": str(folder / "idto_spinner.yaml")}
+    for name in ("idto_mini_cheetah", "idto_spinner"):
+        found[name] = {"task": str(folder / f"{name}.yaml")}
     return found
 
 

@@ -112,3 +112,15 @@ def test_the_likeliest_sequence_is_two_steps_of_a_trot(tmp_path: Path) -> None:
     found = [str(one) for one in guessed_sequences(_formulated(tmp_path, "method.grid=phases"))][:2]
     for words, hit in zip(found, ("!", ""), strict=True):
         assert words in (f"SSSS {one} {hit}{other} {hit}SSSS" for one, other in permutations(("FSSF", "SFFS")))
+
+
+def test_feet_step_over_a_trench_as_on_a_plane(motion: MotionProblem, tmp_path: Path) -> None:
+    """The line from start to goal takes the front feet over a trench; the first sequence is that of level ground."""
+    places = np.arange(-0.5, 0.61, 0.01)
+    heights = -0.02 * np.maximum(0.0, 1 - ((places - 0.22) / 0.05) ** 2) ** 3
+    rows = "\n".join(f"{x:.3f},{z:.5f}" for x, z in zip(places, heights, strict=True))
+    (tmp_path / "trench.csv").write_text(f"x,z\n{rows}\n", encoding="utf-8")
+    standing = "stand_on={contacts: [FL, FR, HL, HR], adjust: [root_joint.z, FL_KFE, FR_KFE, HL_KFE, HR_KFE]}"
+    ground = "ground={type: height_map, file: trench.csv, friction: 0.7}"
+    across = _formulated(tmp_path, ground, f"initial.{standing}", f"goal.{standing}")
+    assert next(guessed_sequences(across)).key == next(guessed_sequences(motion)).key
