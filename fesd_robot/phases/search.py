@@ -229,8 +229,6 @@ class SequenceSearch:
             self.on_progress(number, len(untried))
             self._seen.add(self._key(one.sequence))
             better = self._motion(result)
-            if better and better.gross and not current.gross:
-                better = None
             kept = self._kept(one.what, one.sequence, better)
             if kept and self._reference - self.cost > self._effort.worthwhile_gain * abs(self._reference):
                 self._gained()

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
 from fesd_robot.fesd import SHORTEST_PHASE
 from fesd_robot.fesd.neighbours import KnownTrajectory
 from fesd_robot.fesd.polishing import BranchMotion
-from fesd_robot.fesd.refinement import NO_MOTION, local_errors
 from fesd_robot.mpcc import (
     BRANCH,
     BranchNlp,
@@ -129,11 +127,6 @@ class PhaseMotion:
     def on_branch(self) -> BranchMotion:
         """The point, with its multipliers, on the branch of the sequence."""
         return BranchMotion(self.own.polisher, self.report.point, self.own.branch)
-
-    @cached_property
-    def gross(self) -> bool:
-        """Whether a local error is so large that it is no motion, and its cost means nothing."""
-        return not bool((local_errors(self.on_branch) <= NO_MOTION).all())
 
     @property
     def along(self) -> KnownTrajectory:

@@ -14,6 +14,7 @@ from fesd_robot.complementarity import Branch
 from fesd_robot.fesd import Transcription
 from fesd_robot.fesd.neighbours import KnownTrajectory
 from fesd_robot.fesd.polishing import BranchMotion, BranchTranscription
+from fesd_robot.fesd.refinement import local_errors
 from fesd_robot.mpcc import BranchBounds, Mpcc, MpccSolution, NlpReport, Run, begun, solve
 from fesd_robot.nlp import NEAR, SAME, NlpPoint
 from fesd_robot.ocp import MotionProblem, formulate, with_hard_goal
@@ -30,7 +31,7 @@ from fesd_robot.phases import (
 from fesd_robot.planning.fallbacks import Overrides, with_overrides
 from fesd_robot.planning.search_steps import SearchSteps
 from fesd_robot.plans import LocalSearch, Plan, TriedSequence
-from fesd_robot.refinement import Repair, SolvedMotion, refined
+from fesd_robot.refinement import NO_MOTION, Repair, SolvedMotion, refined
 from fesd_robot.running import (
     Activity,
     ActivityCallback,
@@ -293,7 +294,7 @@ class Chain:
                 search.note("start at rest", sequence, solver.from_guess(sequence, state=resting(motion)))
         if search.best is None and not solver.over:
             uniform = self._from_uniform(search, motion)
-        if search.best and search.best.gross:
+        if search.best and _is_gross(search.best):
             search.divide()
         return uniform
 
@@ -411,6 +412,11 @@ def _note_known(search: SequenceSearch, what: str, known: KnownTrajectory | None
     if known is not None:
         sequence = sequence_of(known)
         search.note(what, sequence, search.solver.from_known(sequence, known))
+
+
+def _is_gross(motion: PhaseMotion) -> bool:
+    """Whether a local error of a motion is so large that it is none, and its cost means nothing."""
+    return not bool((local_errors(motion.on_branch) <= NO_MOTION).all())
 
 
 def _summary(search: SequenceSearch, first: float) -> LocalSearch:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from fesd_robot.lazy import lazy_exports
 
 __all__ = [
+    "NO_MOTION",
     "Neighbourhood",
     "Repair",
     "SolvedMotion",
@@ -18,7 +19,7 @@ __all__ = [
 if TYPE_CHECKING:
     from fesd_robot.refinement.descent import descended
     from fesd_robot.refinement.neighbourhood import Neighbourhood
-    from fesd_robot.refinement.refine import refined
+    from fesd_robot.refinement.refine import NO_MOTION, refined
     from fesd_robot.refinement.repair import Repair, exact_end
     from fesd_robot.refinement.solved_motion import SolvedMotion
 else:
@@ -27,7 +28,7 @@ else:
         {
             "fesd_robot.refinement.descent": ["descended"],
             "fesd_robot.refinement.neighbourhood": ["Neighbourhood"],
-            "fesd_robot.refinement.refine": ["refined"],
+            "fesd_robot.refinement.refine": ["NO_MOTION", "refined"],
             "fesd_robot.refinement.repair": ["Repair", "exact_end"],
             "fesd_robot.refinement.solved_motion": ["SolvedMotion"],
         },

@@ -12,7 +12,7 @@ import numpy as np
 
 from fesd_robot.fesd import with_stages
 from fesd_robot.fesd.polishing import BranchMotion
-from fesd_robot.fesd.refinement import NO_MOTION, Violated, multiplier_errors, violated_between_stages, with_parts
+from fesd_robot.fesd.refinement import Violated, multiplier_errors, violated_between_stages, with_parts
 from fesd_robot.mpcc import COST_LOSS, Run
 from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.refinement.determinacy import with_determinate_postures
@@ -40,6 +40,11 @@ GROSS = 1e-4
 
 COARSE = 1e-2
 """The same where too many elements have gross errors: such an element is too long for a scheme of any order."""
+
+NO_MOTION = 0.1
+"""Local error of an element of a uniform grid, relative to the largest value of a state, above which it is none: a
+search with one more stage finds a motion sooner than refinement, which would go on for minutes and end on another
+branch. On a grid that moves the sequence of phases stays, and its elements are divided."""
 
 GAIN_OF_A_STAGE = 100.0
 """Factor by which one more stage of all elements reduces their errors, roughly."""
@@ -181,11 +186,7 @@ def _improves(solved: SolvedMotion, earlier: SolvedMotion) -> bool:
 
 
 def _is_no_motion(solved: SolvedMotion) -> bool:
-    """Whether errors of elements are gross on a uniform grid; those that cannot be estimated do not count.
-
-    A search with one more stage finds a motion sooner than refinement, which would go on for minutes and end on another
-    branch. On a grid that moves the sequence of phases stays, and its elements are divided.
-    """
+    """Whether errors of elements are gross on a uniform grid; those that cannot be estimated do not count."""
     errors = solved.local_errors
     return not solved.motion.grid.moving and bool((errors[np.isfinite(errors)] > NO_MOTION).any())
 

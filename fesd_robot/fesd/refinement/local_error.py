@@ -34,9 +34,6 @@ from fesd_robot.fesd.transcription import Transcription
 from fesd_robot.ranges import MAX_STAGES
 from fesd_robot.running import check_time
 
-NO_MOTION = 0.1
-"""Local error of an element, relative to the largest value of a state, above which a motion is none."""
-
 NEWTON_ITERATIONS = 12
 """Most Newton iterations for an element; from the interpolated stages 2 to 4 are enough."""
 
