@@ -13,7 +13,6 @@ from fesd_robot.fesd import STRICTER, PathBetween
 from fesd_robot.ocp import DeterminacyConstraint
 from fesd_robot.refinement.finer import Finer, with_bounds
 from fesd_robot.refinement.solved_motion import SolvedMotion
-from fesd_robot.replay import replay_intervals
 
 FOLLOWED = 1e-3
 """m/s or rad/s; a control interval whose replay ends this close to the plan is the plan's motion."""
@@ -106,6 +105,6 @@ def _left_by_the_replay(solved: SolvedMotion, among: Collection[int]) -> set[int
         followed[element.interval] = max(followed.get(element.interval, 0.0), most)
     return {
         one.interval
-        for one in replay_intervals(solved.physical, solved.physics, among).intervals
+        for one in solved.replay_among(among).intervals
         if not np.abs(one.velocity_error).max() <= followed[one.interval]
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -149,6 +150,12 @@ class SolvedMotion:
     def replay(self) -> MotionReplay:
         """The motion driven again, interval by interval."""
         return replay_intervals(self.physical, self.physics)
+
+    def replay_among(self, intervals: Collection[int]) -> MotionReplay:
+        """Return some intervals of the motion driven again."""
+        if "replay" in self.__dict__:
+            return MotionReplay(tuple(one for one in self.replay.intervals if one.interval in intervals))
+        return replay_intervals(self.physical, self.physics, intervals)
 
     @cached_property
     def local_errors(self) -> np.ndarray:

@@ -79,7 +79,7 @@ def test_what_is_held_and_missed_is_held_more_strictly(monoped):
     factors = ((ActiveFactor.G,) * len(conditions.members),) * len(elements)
     branch = Branch(tuple(conditions.labels), factors, (False,) * len(elements))
     solved = SimpleNamespace(
-        replay=SimpleNamespace(intervals=[SimpleNamespace(interval=4, velocity_error=np.ones(1))]),
+        replay_among=lambda _: SimpleNamespace(intervals=[SimpleNamespace(interval=4, velocity_error=np.ones(1))]),
         transcription=transcription,
         local_errors=np.zeros(len(elements)),
         on_branch=BranchMotion.of(transcription, transcription.pack(elements), branch),
