@@ -120,7 +120,6 @@ class BranchSolver:
         limits: PolishingLimits | None = None,
         freer: bool = False,
         near: bool = False,
-        far: bool = False,
     ) -> PolishingReport | None:
         """Return the exact end on a branch, None if there is none nearby.
 
@@ -128,14 +127,19 @@ class BranchSolver:
             start: where to begin.
             limits: of iterations; default: those of the run's effort.
             freer: whether IPOPT begins further from the start, as where that violates constraints which are new.
-            near: whether the end is near the start, as on a finer grid, and whole steps are tried first.
-            far: whether the end may be far from the start, and IPOPT also begins as it does from a guess.
+            near: whether the end is near the start, as on a finer grid, and whole steps are tried first; from a start
+                that violates constraints much, IPOPT also begins as it does from a guess, last.
         """
         limits = limits or PolishingLimits(self.run.effort.branch_iterations, self.run.effort.branch_updates)
         end = self._near(start, freer) if near else None
-        for starting in FREER_STARTS if freer else (AT, FREE) if far else (AT,):
+        for starting in FREER_STARTS if freer else (AT,):
             end = end or self._solve(start, replace(BRANCH, start=starting), limits)
+        if end is None and near and not freer and self._is_far(start):
+            end = self._solve(start, replace(BRANCH, start=FREE), limits)
         return end
+
+    def _is_far(self, start: BranchPoint) -> bool:
+        return self.problem.residuals(start.w).constraint_violation > FAR_VIOLATION
 
     def tried(self, start: BranchPoint, trial: Trial) -> PolishingReport | None:
         """Return the end of a trial, which is not exact; None if no time is left.
@@ -230,8 +234,7 @@ def continue_on_branch(
     """
     begin = time.perf_counter()
     solver = BranchSolver(problem, polisher, run)
-    far = problem.residuals(start.w).constraint_violation > FAR_VIOLATION
-    end = solver.exact(start, freer=freer, near=True, far=far)
+    end = solver.exact(start, freer=freer, near=True)
     return None if end is None else solver.solution(end, earlier, time.perf_counter() - begin)
 
 

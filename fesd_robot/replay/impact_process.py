@@ -202,7 +202,8 @@ class ImpactProcess:
             ended = np.flatnonzero((before >= 0) & (after < 0))
             if ended.size:
                 path = stepper.dense_output()
-                times = [crossing_time(_entry(watched, path, int(k)), stepper.t_old, stepper.t) for k in ended]
+                values = _along(watched, path)
+                times = [crossing_time(values, k, stepper.t_old, stepper.t) for k in ended.tolist()]
                 first = int(np.argmin(times))
                 return self._at_the_end(path(times[first]), int(ended[first]), phase.choice, state.rebound)
             if starting:
@@ -366,10 +367,10 @@ def _holding(choice: tuple[str, ContactMode] | None) -> tuple[bool, bool, bool]:
     )
 
 
-def _entry(
-    watched: Callable[[np.ndarray], np.ndarray], path: Callable[[float], np.ndarray], k: int
-) -> Callable[[float], float]:
-    return lambda t: float(watched(path(t))[k])
+def _along(
+    values: Callable[[np.ndarray], np.ndarray], path: Callable[[float], np.ndarray]
+) -> Callable[[float], np.ndarray]:
+    return lambda t: values(path(t))
 
 
 _TANGENTIAL = (ContactMode.STICK, ContactMode.SLIP_FORWARDS, ContactMode.SLIP_BACKWARDS)

@@ -26,7 +26,7 @@ from fesd_robot.replay.modes import (
     motion_in_modes,
     with_beginning_headings,
 )
-from fesd_robot.replay.roots import BEYOND_GAP, first_root, turning_time
+from fesd_robot.replay.roots import BEYOND_GAP, crossing_time, first_root
 
 RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 """Of the integration, in rad, m and per s."""
@@ -290,7 +290,7 @@ class Segments:
         path, dips = stepper.dense_output(), {}
         turning &= self._parting(path(stepper.t_old)) < 0
         for k in np.flatnonzero(turning).tolist():
-            lowest = turning_time(lambda t: self._parting(path(t)), k, stepper.t_old, stepper.t)
+            lowest = crossing_time(lambda t: self._parting(path(t)), k, stepper.t_old, stepper.t)
             if watched(path(lowest))[k] < 0 <= watched(path(stepper.t_old))[k]:
                 dips[k] = lowest
         return dips
@@ -313,7 +313,7 @@ class Segments:
         path, dips = stepper.dense_output(), {}
         turning = (rates(stepper.y) > 0) & (rates(path(stepper.t_old)) < 0)
         for i in np.flatnonzero(turning).tolist():
-            extreme = turning_time(lambda t: rates(path(t)), i, stepper.t_old, stepper.t)
+            extreme = crossing_time(lambda t: rates(path(t)), i, stepper.t_old, stepper.t)
             k = self.springs + i
             if watched(path(extreme))[k] < 0 <= watched(path(stepper.t_old))[k]:
                 dips[k] = extreme

@@ -31,23 +31,18 @@ def first_root(
     """
     roots: dict[int, float] = {}
     for k, negative in crossing.items():
-        roots[k] = _root(watched, k, start, negative)
+        roots[k] = crossing_time(watched, k, start, negative)
         if k < contacts:
             roots[k] = _touchdown(start, watched, roots[k], parting, k)
     first = min(roots, key=lambda k: roots[k])
     return roots[first], first
 
 
-def turning_time(parting: Values, k: int, start: float, end: float) -> float:
-    """Return when the normal velocity of a contact changes its sign between two times, s."""
-    return _root(parting, k, start, end)
-
-
 def _touchdown(start: float, watched: Values, below: float, parting: Values, k: int) -> float:
     """Return when a gap is zero, s, given a time at which it is `BEYOND_GAP` below; that time if it was never more."""
     above = start
     if parting(start)[k] > 0 > parting(below)[k]:
-        above = turning_time(parting, k, start, below)
+        above = crossing_time(parting, k, start, below)
 
     def gap(time: float) -> float:
         return float(watched(time)[k]) - BEYOND_GAP
@@ -57,16 +52,16 @@ def _touchdown(start: float, watched: Values, below: float, parting: Values, k: 
     return float(brentq(gap, above, below, xtol=1e-15, rtol=1e-14))
 
 
-def _root(values: Values, k: int, start: float, end: float) -> float:
-    return crossing_time(lambda time: float(values(time)[k]), start, end)
-
-
-def crossing_time(value: Callable[[float], float], start: float, end: float) -> float:
-    """Return when a value changes its sign between two times.
+def crossing_time(values: Values, k: int, start: float, end: float) -> float:
+    """Return when value k changes its sign between two times, s.
 
     That is an end where it has one sign: a slide that has turned since the value was positive may have made it
     negative at the start, and a step's polynomial keeps it positive at the end by a round-off.
     """
+
+    def value(time: float) -> float:
+        return float(values(time)[k])
+
     at_start, at_end = value(start), value(end)
     if (at_start < 0) == (at_end < 0):
         return start if at_start < 0 else end

@@ -18,8 +18,6 @@ from functools import partial
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import numpy as np
-
 from fesd_robot.plans import Plan
 from fesd_robot.plans.outcome_words import miss_words
 from fesd_robot.plans.tables import markdown_table
@@ -36,39 +34,31 @@ def cases() -> dict[str, dict[str, object]]:
     """Return name of a case -> its task, and what is changed in it."""
     found: dict[str, dict[str, object]] = {}
     folder = ROOT / "tasks" / "public"
-    for before, after in ((0, 0), (-3, 0), (-4, -2)):
-        for first in (0, -0.5, 0.5):
-            for last in (0, -0.5, 0.5):
-                found[f"crisp_transport, {first:g} to {last:g} m, {before:g} to {after:g} m/s"] = {
-                    "task": str(folder / "crisp_transport.yaml"),
-                    "initial.configuration.cargo": first,
-                    "initial.velocity.cart": before,
-                    "goal.frames.cargo.position": [last, None, None],
-                    "goal.velocity.cart": after,
-                    "goal.frames.cargo.velocity": [after, None, None],
-                }
+    for case, (start, goal) in _crisp.INSTANCES.items():
+        found[case] = {
+            "task": str(folder / "crisp_transport.yaml"),
+            "initial.configuration.cargo": start[0] - start[1],
+            "initial.velocity.cart": start[3],
+            "goal.frames.cargo.position": [goal[0], None, None],
+            "goal.velocity.cart": goal[3],
+            "goal.frames.cargo.velocity": [goal[2], None, None],
+        }
     found["impact_cart"] = {"task": str(folder / "impact_cart.yaml")}
     found["impact_cart, both a metre on"] = {
         "task": str(folder / "impact_cart.yaml"),
         "goal.configuration.cart": 1,
         "goal.configuration.cargo": 0,
     }
-    found["c3_cart_pole"] = {"task": str(folder / "c3_cart_pole.yaml")}
-    found["crisp_push_bot"] = {"task": str(folder / "crisp_push_bot.yaml")}
-    found["crisp_waiter"] = {"task": str(folder / "crisp_waiter.yaml")}
-    found["ci_mpc_hopper"] = {"task": str(folder / "ci_mpc_hopper.yaml")}
-    found["ci_mpc_flamingo"] = {"task": str(folder / "ci_mpc_flamingo.yaml")}
-    for k in range(18):
-        angle = np.radians(20 * k)
-        found[f"crisp_push_box, {20 * k} degrees"] = {
-            "task": str(folder / "crisp_push_box.yaml"),
-            "goal.configuration.root_x": round(3 * float(np.cos(angle)), 9),
-            "goal.configuration.root_z": round(3 * float(np.sin(angle)), 9),
-            "goal.configuration.root_pitch": -round(float(angle), 9),
-        }
-    for name in ("crisp_push_t", "impact_box", "impact_disk", "impact_push_t"):
+    for name in ("c3_cart_pole", "crisp_push_bot", "crisp_waiter", "ci_mpc_hopper", "ci_mpc_flamingo"):
         found[name] = {"task": str(folder / f"{name}.yaml")}
-    for name in ("idto_mini_cheetah", "idto_spinner"):
+    for case, (x, y, angle) in _crisp.GOALS.items():
+        found[case] = {
+            "task": str(folder / "crisp_push_box.yaml"),
+            "goal.configuration.root_x": round(x, 9),
+            "goal.configuration.root_z": round(y, 9),
+            "goal.configuration.root_pitch": -round(angle, 9),
+        }
+    for name in ("crisp_push_t", "impact_box", "impact_disk", "impact_push_t", "idto_mini_cheetah", "idto_spinner"):
         found[name] = {"task": str(folder / f"{name}.yaml")}
     return found
 
